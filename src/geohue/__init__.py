@@ -1,0 +1,1 @@
+"""Segmentation of scenes from colour and geometry together."""
