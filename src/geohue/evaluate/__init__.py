@@ -1,1 +1,1 @@
-"""x."""
+"""How good a segmentation is, measured against true labels."""
