@@ -216,8 +216,7 @@ def segmentation_covering(
 
     .. math:: C(P \to G) = \frac1n \sum_j n_{.j} \max_i \frac{n_{ij}}{n_{i.} + n_{.j} - n_{ij}}
 
-    The truth is covered by the prediction, as in the Berkeley benchmark; the reverse is
-    ``segmentation_covering(gt, pred, ignore=None)``.
+    The truth is covered by the prediction, as in the Berkeley benchmark.
 
     Parameters
     ----------
@@ -296,8 +295,8 @@ def achievable_segmentation_accuracy(
 
     .. math:: ASA = \frac1n \sum_i \max_j n_{ij}
 
-    Under-segmentation lowers it. With the arguments exchanged and ``ignore=None`` it is
-    over-segmentation that does.
+    Under-segmentation lowers it; over-segmentation does not, as with every measure made for
+    superpixels. With the arguments exchanged (and no ignored pixels) it is the other way round.
 
     Parameters
     ----------
@@ -335,9 +334,8 @@ def information_of(table: Contingency, base: float = 2) -> VariationOfInformatio
     if not 1 < base < math.inf:
         raise GeohueError(f"base {base}: a logarithm needs a base above 1 (2 for bits, e for nats)")
     unit = table.n_pixels * math.log(base)
-    log_counts = np.log(table.counts)
-    over = np.dot(table.counts, np.log(table.gt_sizes[table.col]) - log_counts) / unit
-    under = np.dot(table.counts, np.log(table.pred_sizes[table.row]) - log_counts) / unit
+    over = np.dot(table.counts, np.log(table.gt_sizes[table.col] / table.counts)) / unit
+    under = np.dot(table.counts, np.log(table.pred_sizes[table.row] / table.counts)) / unit
     return VariationOfInformation(float(over + under), float(over), float(under))
 
 
