@@ -43,6 +43,7 @@ _TYPES = {
     "double": "f8",
     "float64": "f8",
 }
+_ByteOrder = Literal["<", ">"]
 _Order = Literal["", "<", ">"]
 _FORMATS: dict[str, _Order] = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _HEADER_LIMIT = 1 << 18
@@ -197,7 +198,7 @@ def _skip_text(lines: Iterator[str], element: _Element, path: str | Path) -> Non
 
 
 def _read_binary(
-    data: bytes, start: int, order: Literal["<", ">"], elements: list[_Element], path: str | Path
+    data: bytes, start: int, order: _ByteOrder, elements: list[_Element], path: str | Path
 ) -> dict[str, NDArray[Any]]:
     columns: dict[str, NDArray[Any]] = {}
     for element in elements:
@@ -211,7 +212,7 @@ def _read_binary(
 
 
 def _read_rows(
-    data: bytes, start: int, element: _Element, order: Literal["<", ">"], path: str | Path
+    data: bytes, start: int, element: _Element, order: _ByteOrder, path: str | Path
 ) -> tuple[NDArray[Any], int]:
     """Return the rows with a field a scalar (named by its position) and where they end."""
     if element.count == 0 or not element.properties:
@@ -228,9 +229,7 @@ def _read_rows(
     return _read_uneven_rows(data, start, element, order, path)
 
 
-def _row_dtype(
-    data: bytes, start: int, element: _Element, order: Literal["<", ">"]
-) -> np.dtype[Any]:
+def _row_dtype(data: bytes, start: int, element: _Element, order: _ByteOrder) -> np.dtype[Any]:
     """Return the layout of the first row; lists (``n0`` values in ``v0``) fix their length."""
     fields: list[tuple[str, Any]] = []
     position = start
@@ -255,7 +254,7 @@ def _list_length(data: bytes, position: int, length: np.dtype[Any]) -> int:
 
 
 def _read_uneven_rows(
-    data: bytes, start: int, element: _Element, order: Literal["<", ">"], path: str | Path
+    data: bytes, start: int, element: _Element, order: _ByteOrder, path: str | Path
 ) -> tuple[NDArray[Any], int]:
     """Walk over rows whose lists differ in length, one by one."""
     byteorder: Literal["little", "big"] = "little" if order == "<" else "big"
