@@ -1,1 +1,58 @@
-"""Segmentation of scenes from colour and geometry together."""
+"""geohue: segmentation of scenes from colour and geometry together.
+
+>>> import numpy as np, geohue
+>>> scene = geohue.Scene.from_cloud(np.random.default_rng(0).random((50, 3)), np.zeros((50, 3)))
+>>> geohue.segment(scene, k=2, cues="geometry").k
+2
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from geohue._version import __version__
+
+if TYPE_CHECKING:
+    from geohue.camera import Intrinsics
+    from geohue.errors import GeohueError, GeohueWarning
+    from geohue.presets import PRESETS, Preset
+    from geohue.scene import Scene
+    from geohue.segment import segment
+    from geohue.segmentation import Segmentation
+
+# Loaded on first use: `import geohue` stays as quick as `import numpy`.
+_HOMES = {
+    "GeohueError": "geohue.errors",
+    "GeohueWarning": "geohue.errors",
+    "Intrinsics": "geohue.camera",
+    "PRESETS": "geohue.presets",
+    "Preset": "geohue.presets",
+    "Scene": "geohue.scene",
+    "Segmentation": "geohue.segmentation",
+    "segment": "geohue.segment",
+}
+
+__all__ = [
+    "PRESETS",
+    "GeohueError",
+    "GeohueWarning",
+    "Intrinsics",
+    "Preset",
+    "Scene",
+    "Segmentation",
+    "__version__",
+    "segment",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'geohue' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -55,7 +55,9 @@ class Intrinsics:
         if (self.width is not None and self.width < 1) or (
             self.height is not None and self.height < 1
         ):
-            raise GeohueError(f"intrinsics: image size {self.width} x {self.height} is not positive")
+            raise GeohueError(
+                f"intrinsics: image size {self.width} x {self.height} is not positive"
+            )
         if self.depth_scale is not None and not 0 < self.depth_scale < np.inf:
             raise GeohueError(f"intrinsics: depth_scale {self.depth_scale} is not positive")
 
@@ -67,7 +69,11 @@ class Intrinsics:
 
     def scaled_to(self, width: int, height: int) -> Intrinsics:
         """Return the same camera at another image size."""
-        if self.width is None or self.height is None or (self.width, self.height) == (width, height):
+        if (
+            self.width is None
+            or self.height is None
+            or (self.width, self.height) == (width, height)
+        ):
             return self
         sx, sy = width / self.width, height / self.height
         return Intrinsics(

@@ -1,1 +1,1 @@
-"""x."""
+"""Sec. III: normalized cuts."""

@@ -1,1 +1,1 @@
-"""x."""
+"""Sec. IV: the weight between colour and geometry."""

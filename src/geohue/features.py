@@ -1,0 +1,202 @@
+"""Sec. II: colour and geometry of each point in one vector (eq. 1-5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.errors import GeohueError
+from geohue.scene import Scene
+
+Cues = Literal["fusion", "color", "geometry"]
+CUES: tuple[Cues, ...] = get_args(Cues)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Features:
+    """The normalised colour and geometry of the points that take part in the segmentation.
+
+    The two parts stay separate because only their mix depends on the weight.
+
+    Attributes
+    ----------
+    color : (M, 3) float32
+        Normalised L, a, b (eq. 4); zeros if the cue is not used or does not vary.
+    geometry : (M, 3) float32
+        Normalised x, y, z (eq. 3); zeros likewise.
+    index : (M,) int64
+        Flat position of each row in the scene.
+    shape : tuple of int
+        Shape of the scene's labels.
+    cues : {"fusion", "color", "geometry"}
+        The cues in use.
+    notes : tuple of str
+        What the user should know: a cue that does not vary.
+    """
+
+    color: NDArray[np.float32]
+    geometry: NDArray[np.float32]
+    index: NDArray[np.int64]
+    shape: tuple[int, ...]
+    cues: Cues
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    def vectors(self, weight: float) -> NDArray[np.float32]:
+        """Return the vectors p^f of eq. 5.
+
+        Parameters
+        ----------
+        weight : float
+            The paper's lambda, finite and not negative.
+
+        Returns
+        -------
+        (M, 6) float32
+            L, a, b and lambda times x, y, z.
+        """
+        return np.hstack([self.color, np.float32(weight) * self.geometry])
+
+    def mixed(self, weight: float) -> NDArray[np.float32]:
+        """Return the vectors of eq. 5 divided by ``sqrt(1 + lambda^2)``.
+
+        The division keeps the spread of the vectors the same for every weight, so that one
+        affinity scale serves from lambda = 0 (colour only) to infinity (geometry only). It is
+        the same as an affinity scale that grows with ``sqrt(1 + lambda^2)``.
+
+        Parameters
+        ----------
+        weight : float
+            The paper's lambda, 0 to infinity.
+
+        Returns
+        -------
+        (M, 6) float32
+        """
+        share = mixing_angle(weight)
+        return np.hstack(
+            [np.float32(np.cos(share)) * self.color, np.float32(np.sin(share)) * self.geometry]
+        )
+
+    def at(self, positions: NDArray[np.int64]) -> Features:
+        """Return the features at some positions of the scene (`Scene.thinning`).
+
+        They stay normalised over the whole scene, so that what is learnt from a part of it
+        holds for all of it.
+        """
+        row_of = np.full(int(np.prod(self.shape)), -1, np.int64)
+        row_of[self.index] = np.arange(len(self))
+        rows = row_of[positions].reshape(-1)
+        index = np.flatnonzero(rows >= 0)
+        rows = rows[index]
+        return Features(
+            self.color[rows], self.geometry[rows], index, positions.shape, self.cues, self.notes
+        )
+
+    def to_scene(self, labels: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Put the label of each row in its place in the scene; -1 elsewhere."""
+        full = np.full(int(np.prod(self.shape)), -1, np.int32)
+        full[self.index] = labels
+        return full.reshape(self.shape)
+
+
+def mixing_angle(weight: float) -> float:
+    """Return ``arctan(lambda)``: 0 is colour only, pi/2 geometry only."""
+    return float(np.arctan(weight))
+
+
+def extract_features(scene: Scene, cues: Cues = "fusion") -> Features:
+    """Represent each point by its normalised colour and geometry (eq. 1-4).
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene; points without a value for a used cue take no part.
+    cues : {"fusion", "color", "geometry"}
+        The cues to use.
+
+    Returns
+    -------
+    Features
+
+    Raises
+    ------
+    GeohueError
+        If no point has the cues asked for.
+
+    Examples
+    --------
+    >>> rgb = np.random.default_rng(0).integers(0, 255, (8, 9, 3)).astype(np.uint8)
+    >>> f = extract_features(Scene.from_rgbd(rgb, np.ones((8, 9))))
+    >>> f.vectors(2.0).shape, bool(np.isclose(f.color.std(axis=0).mean(), 1.0, atol=1e-4))
+    ((72, 6), True)
+    """
+    if cues not in CUES:
+        raise GeohueError(f"cues {cues!r}: choose one of {', '.join(CUES)}")
+    mask = np.ones(scene.shape, bool) if cues == "color" else scene.valid
+    index = np.flatnonzero(mask)
+    if len(index) == 0:
+        raise GeohueError(
+            'no point has a position (all depth is missing): give depth, or use cues="color"'
+            if scene.size
+            else "the scene has no points"
+        )
+    zeros = np.zeros((len(index), 3), np.float32)
+    color = geometry = zeros
+    notes: list[str] = []
+    if cues != "geometry":
+        color, constant = _normalized(lab_of(scene.colors).reshape(-1, 3)[index])
+        notes += ["all colours are equal: colour says nothing here"] * constant
+    if cues != "color":
+        geometry, constant = _normalized(scene.points.reshape(-1, 3)[index])
+        notes += ["all points lie in one place: geometry says nothing here"] * constant
+    return Features(color, geometry, index, scene.shape, cues, tuple(notes))
+
+
+def lab_of(colors: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Convert sRGB to CIELab, D65 (eq. 1).
+
+    OpenCV converts, much faster than scikit-image and within 0.5 Lab units of it.
+
+    Parameters
+    ----------
+    colors : (..., 3) uint8
+        sRGB.
+
+    Returns
+    -------
+    (..., 3) float32
+        L in 0..100; a and b within about -128..127.
+
+    Examples
+    --------
+    >>> lab_of(np.array([[255, 255, 255]], np.uint8)).round().tolist()
+    [[100.0, 0.0, 0.0]]
+    """
+    import cv2
+
+    if colors.size == 0:
+        return np.zeros(colors.shape, np.float32)
+    unit = colors.reshape(1, -1, 3).astype(np.float32) / np.float32(255)
+    lab = np.asarray(cv2.cvtColor(unit, cv2.COLOR_RGB2Lab), np.float32)
+    return lab.reshape(colors.shape)
+
+
+def _normalized(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], bool]:
+    """Divide by the mean of the three standard deviations (eq. 3, 4), centred.
+
+    Only differences matter later; centring first keeps them exact in float32. A cue without
+    spread becomes zeros, and the second value is True.
+    """
+    centred = values - values.mean(axis=0, dtype=np.float64)
+    sigma = float(centred.std(axis=0).mean())
+    # Below this the spread is rounding of the coordinates, not structure.
+    floor = 1e-6 * float(np.abs(values).max(initial=0))
+    if sigma <= floor:
+        return np.zeros(values.shape, np.float32), True
+    return (centred / sigma).astype(np.float32), False

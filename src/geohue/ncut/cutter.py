@@ -1,0 +1,101 @@
+"""Normalized cuts of one scene for any weight and any number of segments."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.features import Features
+from geohue.ncut.labels import find_centers
+from geohue.ncut.landmarks import choose_landmarks
+from geohue.ncut.lloyd import nearest_center
+from geohue.ncut.nystrom import NystromCut, nystrom_cut
+from geohue.ncut.selectors import choose_k
+from geohue.parallel import Workers
+from geohue.presets import Preset
+
+CENTER_SAMPLE = 5_000
+"""Rows that k-means looks at."""
+
+
+class Cutter:
+    """Cuts a scene again and again, with what can be shared between the cuts shared.
+
+    The landmarks, the draft (the few points on which K and the weight are chosen) and the chance
+    of k-means are the same for every weight: two weights that differ little give labels that
+    differ little, and Q(lambda) is a curve rather than noise.
+
+    Parameters
+    ----------
+    features : Features
+        All points.
+    positions : (h, w) or (m,) int64
+        The draft: `Scene.thinning`.
+    settings : Preset
+        Landmarks, scale and labelling.
+    workers : Workers
+        Threads to use.
+    seed : int
+        The source of chance.
+    n_segments : int
+        Most segments that will be asked for; there are at least twice as many landmarks.
+    """
+
+    def __init__(
+        self,
+        features: Features,
+        positions: NDArray[np.int64],
+        settings: Preset,
+        workers: Workers,
+        seed: int,
+        n_segments: int,
+    ) -> None:
+        self.draft = features.at(positions)
+        self._features = features
+        self._settings = settings
+        self._workers = workers
+        self._seed = seed
+        # In the balanced mix, so that the same points serve for every weight.
+        self._landmarks = choose_landmarks(
+            self.draft.mixed(1.0),
+            max(settings.landmarks, 2 * n_segments),
+            settings.landmark_choice,
+            np.random.default_rng(seed),
+        )
+
+    def choose_k(self, weight: float) -> int:
+        """Choose the number of segments with the preset's selector, on the draft."""
+        most = self._settings.k_max
+        cut = self._cut(self.draft, weight, most + 1, self._workers)
+        vectors = self.draft.mixed(weight)
+        sample = vectors[:: -(-len(vectors) // CENTER_SAMPLE)]
+        return choose_k(cut, sample, self._settings.selector, most)
+
+    def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
+        """Cut the draft; returns labels in the draft's shape, -1 where it has no point."""
+        labels = self._labels(self.draft, weight, k, Workers(None))
+        return self.draft.to_scene(labels)
+
+    def labels(self, weight: float, k: int) -> NDArray[np.int32]:
+        """Cut the scene; returns labels in its shape, -1 where it has no point."""
+        return self._features.to_scene(self._labels(self._features, weight, k, self._workers))
+
+    def _labels(
+        self, features: Features, weight: float, k: int, workers: Workers
+    ) -> NDArray[np.int32]:
+        if k == 1:
+            return np.zeros(len(features), np.int32)
+        cut = self._cut(features, weight, k, workers)
+        k = min(k, cut.basis.shape[1])  # coinciding points span fewer directions
+        sample = self.draft.mixed(weight)[:: -(-len(self.draft) // CENTER_SAMPLE)]
+        rng = np.random.default_rng((self._seed, 1))
+        centers = find_centers(cut.rows(sample, k), k, self._settings.labelling, rng)
+        vectors = features.mixed(weight)
+        parts = workers.map_blocks(
+            lambda rows: nearest_center(cut.rows(vectors[rows], k), centers), len(features)
+        )
+        return np.concatenate(list(parts))
+
+    def _cut(self, features: Features, weight: float, m: int, workers: Workers) -> NystromCut:
+        landmarks = self.draft.mixed(weight)[self._landmarks]
+        return nystrom_cut(features.mixed(weight), landmarks, workers, m, self._settings.scale)

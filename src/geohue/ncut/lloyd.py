@@ -1,0 +1,82 @@
+"""k-means as a small, repeatable step: used on eigenvectors and for landmarks.
+
+scikit-learn's k-means sums over threads in any order and takes a second to import; SciPy's warns
+through a filter that threads share. Neither can give the same labels at any number of threads.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating]
+
+
+def nearest_center(rows: Floats, centers: Floats) -> NDArray[np.int32]:
+    """Label each row with its nearest centre (the first of equals).
+
+    Parameters
+    ----------
+    rows : (M, D) float
+    centers : (K, D) float
+
+    Returns
+    -------
+    (M,) int32
+
+    Examples
+    --------
+    >>> nearest_center(np.eye(2)[[0, 1, 1]], np.eye(2)).tolist()
+    [0, 1, 1]
+    """
+    half_norms = 0.5 * (centers**2).sum(axis=1)
+    scores = rows @ centers.T.astype(rows.dtype) - half_norms.astype(rows.dtype)
+    return np.asarray(scores.argmax(axis=1), np.int32)
+
+
+def lloyd(
+    rows: NDArray[np.float64], centers: NDArray[np.float64], steps: int = 30
+) -> tuple[NDArray[np.float64], float]:
+    """Move the centres to the means of their rows until no label changes.
+
+    Parameters
+    ----------
+    rows : (M, D) float64
+    centers : (K, D) float64
+        Where to start; a centre that loses all its rows stays where it is.
+    steps : int
+        Most steps.
+
+    Returns
+    -------
+    centers : (K, D) float64
+    cost : float
+        Sum of the squared distances to the nearest centre.
+    """
+    labels = nearest_center(rows, centers)
+    for _ in range(steps):
+        counts = np.bincount(labels, minlength=len(centers))
+        sums = np.stack([np.bincount(labels, column, len(centers)) for column in rows.T], axis=1)
+        centers = np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], centers)
+        moved = nearest_center(rows, centers)
+        if np.array_equal(moved, labels):
+            break
+        labels = moved
+    return centers, float(((rows - centers[labels]) ** 2).sum())
+
+
+def spread_seeds(
+    rows: NDArray[np.float64], k: int, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Draw k rows far from each other: k-means++ (Arthur and Vassilvitskii 2007).
+
+    Takes the same number of draws from `rng` whatever the data are.
+    """
+    seeds = [rows[rng.integers(len(rows))]]
+    distance = np.full(len(rows), np.inf)
+    for _ in range(1, k):
+        distance = np.minimum(distance, ((rows - seeds[-1]) ** 2).sum(axis=1))
+        cumulative = distance.cumsum()
+        position = int(np.searchsorted(cumulative, rng.random() * cumulative[-1], side="right"))
+        seeds.append(rows[min(position, len(rows) - 1)])
+    return np.array(seeds)

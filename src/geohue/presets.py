@@ -1,0 +1,77 @@
+"""The settings behind ``preset=``: the paper's method, a faster and a finer one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from geohue.errors import GeohueError
+from geohue.ncut.affinity import SCALE
+from geohue.ncut.labels import Labelling
+from geohue.ncut.landmarks import Choice
+from geohue.ncut.selectors import K_MAX, Selector
+from geohue.weight.search import COARSE, REFINEMENTS
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """Every setting of the method; a user's own is as good as a named one.
+
+    Attributes
+    ----------
+    landmarks : int
+        Points that stand for all others in the Nystrom approximation.
+    landmark_choice : {"random", "kmeans", "farthest"}
+        How they are chosen (`choose_landmarks`).
+    scale : float
+        Width of the affinity in units of the spread of the data (`affinity`).
+    labelling : {"kmeans", "rotation", "qr"}
+        From eigenvectors to labels (`find_centers`).
+    selector : {"eigengap", "elongated", "rotation"}
+        What chooses K (`choose_k`).
+    k_max : int
+        Most segments that it may choose.
+    draft_points : int
+        Points on which K and the weight are chosen.
+    weights, refinements : tuple of float
+        Weights tried first, and the steps around the best (`search_weight`).
+    min_region : float
+        Smaller regions of a grid, as a share of its pixels, join what surrounds them.
+    """
+
+    landmarks: int = 150
+    landmark_choice: Choice = "random"
+    scale: float = SCALE
+    labelling: Labelling = "kmeans"
+    selector: Selector = "eigengap"
+    k_max: int = K_MAX
+    draft_points: int = 20_000
+    weights: tuple[float, ...] = field(default=COARSE)
+    refinements: tuple[float, ...] = field(default=REFINEMENTS)
+    min_region: float = 0.002
+
+
+PRESETS: dict[str, Preset] = {
+    "paper": Preset(),
+    "fast": Preset(landmarks=64, draft_points=5_000, weights=COARSE[1:-1], refinements=(0.5,)),
+    "best": Preset(landmarks=300, landmark_choice="kmeans", draft_points=40_000),
+}
+
+
+def preset_named(preset: str | Preset) -> Preset:
+    """Return a preset by its name, or as it is.
+
+    Raises
+    ------
+    GeohueError
+        For an unknown name.
+
+    Examples
+    --------
+    >>> preset_named("paper").landmark_choice
+    'random'
+    """
+    if isinstance(preset, Preset):
+        return preset
+    if preset not in PRESETS:
+        raise GeohueError(f"preset {preset!r}: choose one of {', '.join(PRESETS)}")
+    return PRESETS[preset]

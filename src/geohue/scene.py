@@ -1,0 +1,302 @@
+"""What every sensor becomes: colours, points, a grid where there is one, and what is missing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from geohue.camera import Intrinsics
+from geohue.errors import GeohueError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A scene with colour and geometry, whatever it was recorded with.
+
+    Build one with `from_rgbd`, `from_cloud` or `from_image`: they check the input and turn every
+    invalid value into a gap, so that nothing after them has to.
+
+    Attributes
+    ----------
+    colors : (H, W, 3) or (N, 3) uint8
+        sRGB.
+    points : (H, W, 3) or (N, 3) float32
+        Position of each pixel or point in any unit; NaN in all three where there is none.
+    depth : (H, W) float32 or None
+        The depth map, NaN where missing; None for a cloud, whose geometry has no preferred axis.
+    intrinsics : Intrinsics or None
+        The camera of an RGB-D frame.
+    warnings : tuple of str
+        Guesses and repairs that the user should know of.
+    """
+
+    colors: NDArray[np.uint8]
+    points: NDArray[np.float32]
+    depth: NDArray[np.float32] | None = None
+    intrinsics: Intrinsics | None = None
+    warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def from_rgbd(
+        cls,
+        rgb: ArrayLike,
+        depth: ArrayLike,
+        intrinsics: Intrinsics | None = None,
+        depth_scale: float | None = None,
+    ) -> Scene:
+        """Make a scene from an image and a depth map registered to it.
+
+        Parameters
+        ----------
+        rgb : (H, W, 3) uint8, or (H, W) uint8 for a grey camera
+            The image, sRGB.
+        depth : (H, W) float or integer
+            Metres as floats, or sensor units together with `depth_scale`. Zero, negative, NaN
+            and infinite values are missing.
+        intrinsics : Intrinsics, optional
+            The camera; scaled when it was given for another image size. Without it, a typical
+            depth camera is assumed, with a warning: parts are found either way, but not at
+            their true proportions.
+        depth_scale : float, optional
+            Units per metre (1000 for millimetres).
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        GeohueError
+            For sizes that differ, a depth map with channels, colours that are not 8-bit, or
+            integer depth without a scale.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> scene = Scene.from_rgbd(np.zeros((4, 6, 3), np.uint8), np.ones((4, 6)))
+        >>> scene.shape, int(scene.valid.sum()), len(scene.warnings)
+        ((4, 6), 24, 1)
+        """
+        colors = _check_image(rgb)
+        metres = _check_depth(depth, colors.shape[:2], depth_scale)
+        height, width = metres.shape
+        warnings: tuple[str, ...] = ()
+        if intrinsics is None:
+            intrinsics = Intrinsics.guess(width, height)
+            warnings = (
+                f"no intrinsics given: assuming a typical depth camera "
+                f"(fx = fy = {intrinsics.fx:.0f} px, centre of the image)",
+            )
+        elif (intrinsics.width, intrinsics.height) not in ((width, height), (None, None)):
+            warnings = (
+                f"intrinsics are for {intrinsics.width} x {intrinsics.height}: "
+                f"scaled to the image's {width} x {height}",
+            )
+        camera = intrinsics.scaled_to(width, height)
+        return cls(colors, camera.unproject(metres), metres, camera, warnings)
+
+    @classmethod
+    def from_cloud(cls, points: ArrayLike, colors: ArrayLike) -> Scene:
+        """Make a scene from a coloured point cloud, organised on a grid or not.
+
+        Parameters
+        ----------
+        points : (N, 3) or (H, W, 3) float
+            Coordinates in any unit and frame; non-finite points are missing.
+        colors : (N, 3) or (H, W, 3) uint8, or float in 0..1
+            sRGB.
+
+        Returns
+        -------
+        Scene
+            With a grid if the arrays are (H, W, 3).
+
+        Raises
+        ------
+        GeohueError
+            If the shapes differ or the colours are neither 8-bit nor floats in 0..1.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> Scene.from_cloud(np.zeros((5, 3)), np.full((5, 3), 0.5)).colors[0].tolist()
+        [128, 128, 128]
+        """
+        xyz = np.asarray(points)
+        if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not _is_real(xyz):
+            raise GeohueError(
+                f"points have shape {xyz.shape} and type {xyz.dtype}: "
+                "expected (N, 3) or (H, W, 3) numbers"
+            )
+        rgb = _check_cloud_colors(np.asarray(colors), xyz.shape)
+        return cls(rgb, _center_far_points(xyz))
+
+    @classmethod
+    def from_image(cls, rgb: ArrayLike) -> Scene:
+        """Make a scene from an image alone, for ``cues="color"``.
+
+        Parameters
+        ----------
+        rgb : (H, W, 3) or (H, W) uint8
+            The image, sRGB.
+
+        Returns
+        -------
+        Scene
+            With all geometry missing.
+
+        Raises
+        ------
+        GeohueError
+            If the image is not 8-bit with one or three channels.
+        """
+        colors = _check_image(rgb)
+        return cls(colors, np.full(colors.shape, np.nan, np.float32))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the labels: (H, W) or (N,)."""
+        return self.colors.shape[:-1]
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether the points lie on a pixel grid."""
+        return len(self.shape) == 2
+
+    @property
+    def size(self) -> int:
+        """Number of pixels or points, with and without geometry."""
+        return int(np.prod(self.shape))
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Where there is geometry, in the shape of the labels."""
+        return np.isfinite(self.points[..., 2])
+
+    def thinning(self, max_points: int, rng: np.random.Generator) -> NDArray[np.int64]:
+        """Choose at most about `max_points` points that stand for the scene.
+
+        A grid keeps every n-th row and column, so that windows and regions keep their meaning.
+        A cloud keeps a random subset, drawn from the points in the order of their colour and
+        then their distance from the centre: neither the order of the points in the file nor the
+        pose of the scene changes which points are drawn.
+
+        Parameters
+        ----------
+        max_points : int
+            Most points to keep, about.
+        rng : numpy.random.Generator
+            The source of chance.
+
+        Returns
+        -------
+        (h, w) or (m,) int64
+            Flat positions in the scene, for `take`.
+        """
+        if self.is_grid:
+            height, width = self.shape
+            step = max(1, int(np.ceil(np.sqrt(self.size / max_points))))
+            rows, columns = (np.arange(min(step // 2, n - 1), n, step) for n in (height, width))
+            return np.asarray(rows[:, None] * width + columns, np.int64)
+        order = _canonical_order(self.colors, self.points)
+        if self.size > max_points:
+            order = order[np.sort(rng.choice(self.size, max_points, replace=False))]
+        return order
+
+    def take(self, positions: NDArray[np.int64]) -> Scene:
+        """Return the scene at some flat positions, in the shape of `positions`."""
+        return replace(
+            self,
+            colors=self.colors.reshape(-1, 3)[positions],
+            points=self.points.reshape(-1, 3)[positions],
+            depth=None if self.depth is None else self.depth.reshape(-1)[positions],
+        )
+
+
+def _canonical_order(colors: NDArray[np.uint8], points: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Sort points by colour, then by distance from the centroid."""
+    red, green, blue = (colors[:, c].astype(np.uint64) for c in range(3))
+    finite = np.isfinite(points[:, 2])
+    center = points[finite].mean(axis=0, dtype=np.float64) if finite.any() else np.zeros(3)
+    distance = np.linalg.norm(points - center, axis=1).astype(np.float32)
+    # The bits of a positive float sort like its value.
+    bits = np.where(finite, distance, np.float32(np.inf)).view(np.uint32).astype(np.uint64)
+    key = (red << np.uint64(48)) | (green << np.uint64(40)) | (blue << np.uint64(32)) | bits
+    return np.argsort(key, kind="stable")
+
+
+def _is_real(array: NDArray[np.generic]) -> bool:
+    return array.dtype.kind in "fiu"
+
+
+def _check_image(rgb: ArrayLike) -> NDArray[np.uint8]:
+    image = np.asarray(rgb)
+    if image.dtype != np.uint8:
+        raise GeohueError(f"the image has type {image.dtype}: expected uint8 sRGB (0..255)")
+    if image.ndim == 2:
+        image = np.repeat(image[..., None], 3, axis=2)
+    if image.ndim != 3 or image.shape[2] != 3 or image.size == 0:
+        raise GeohueError(f"the image has shape {image.shape}: expected (H, W, 3) or (H, W)")
+    return np.ascontiguousarray(image)
+
+
+def _check_depth(
+    depth: ArrayLike, shape: tuple[int, ...], scale: float | None
+) -> NDArray[np.float32]:
+    raw = np.asarray(depth)
+    if raw.ndim != 2:
+        raise GeohueError(
+            f"the depth map has shape {raw.shape}: expected (H, W), one channel; "
+            "a picture of the depth in colours cannot be used"
+        )
+    if raw.shape != shape:
+        raise GeohueError(
+            f"image and depth differ in size: {shape[1]} x {shape[0]} and "
+            f"{raw.shape[1]} x {raw.shape[0]}; register the depth to the image first"
+        )
+    if not _is_real(raw):
+        raise GeohueError(f"the depth map has type {raw.dtype}: expected floats or integers")
+    if scale is None and raw.dtype.kind in "iu":
+        raise GeohueError(
+            f"the depth map has type {raw.dtype}: say how many units a metre has "
+            "(depth_scale=1000 for millimetres) or pass metres as floats"
+        )
+    if scale is not None and not 0 < scale < np.inf:
+        raise GeohueError(f"depth_scale is {scale}: expected a positive number of units per metre")
+    with np.errstate(over="ignore"):  # a value that float32 cannot hold becomes inf: missing
+        metres = (raw / (scale or 1.0)).astype(np.float32)
+    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
+    return metres
+
+
+def _check_cloud_colors(colors: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    if colors.shape != shape:
+        raise GeohueError(
+            f"points and colours differ in shape: {shape} and {colors.shape}; "
+            "every point needs red, green and blue"
+        )
+    if colors.dtype == np.uint8:
+        return np.ascontiguousarray(colors, dtype=np.uint8)
+    values = colors.astype(np.float64) if colors.dtype.kind == "f" else None
+    if values is None or not (values.size == 0 or (values.min() >= 0 and values.max() <= 1)):
+        raise GeohueError(
+            f"the colours have type {colors.dtype}: expected uint8, or floats within 0..1"
+        )
+    return np.rint(values * 255).astype(np.uint8)
+
+
+def _center_far_points(xyz: NDArray[np.generic]) -> NDArray[np.float32]:
+    """Cast to float32; geo-referenced coordinates lose their offset, which no result depends on."""
+    points = xyz.astype(np.float64)
+    finite = np.isfinite(points).all(axis=-1)
+    points[~finite] = np.nan
+    if finite.any():
+        low, high = points[finite].min(axis=0), points[finite].max(axis=0)
+        if np.abs(np.stack([low, high])).max() > 1e3 * max((high - low).max(), 1e-300):
+            points -= (low + high) / 2
+    with np.errstate(over="ignore"):
+        cast = points.astype(np.float32)
+    cast[~np.isfinite(cast).all(axis=-1)] = np.nan
+    return cast

@@ -1,0 +1,203 @@
+"""The driver: Sections II to IV of the paper and its Appendix, in their order."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.errors import GeohueError
+from geohue.features import Cues, extract_features, lab_of
+from geohue.fill import fill_labels
+from geohue.ncut.cutter import Cutter
+from geohue.parallel import Workers, workers
+from geohue.presets import Preset, preset_named
+from geohue.regions import connected_components, merge_small_regions, relabel
+from geohue.scene import Scene
+from geohue.segmentation import Progress, Segmentation, StageClock
+from geohue.weight.quality import QualityMetric
+from geohue.weight.search import Curve, search_weight
+
+K_LIMIT = 255
+"""Most segments that may be asked for."""
+
+METHODS = ("nncsc",)
+"""Normalized cuts with the Nystrom method: the paper's."""
+
+
+def segment(
+    scene: Scene,
+    k: int | Literal["auto"] = "auto",
+    weight: float | Literal["auto"] = "auto",
+    preset: str | Preset = "paper",
+    cues: Cues = "fusion",
+    method: str = "nncsc",
+    seed: int = 0,
+    *,
+    components: bool = False,
+    fill: bool = True,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Segmentation:
+    """Split a scene into its parts from colour and geometry together.
+
+    Parameters
+    ----------
+    scene : Scene
+        An RGB-D frame or a coloured cloud.
+    k : int or "auto"
+        Number of segments, 1 to 255; "auto" chooses it (`choose_k`), and may choose 1.
+    weight : float or "auto"
+        The paper's lambda, the weight of geometry against colour, 0 to infinity; "auto" takes
+        the one with the highest Q. Of no effect unless `cues` is "fusion".
+    preset : {"paper", "fast", "best"} or Preset
+        The settings.
+    cues : {"fusion", "color", "geometry"}
+        What to go by.
+    method : {"nncsc"}
+        The clusterer.
+    seed : int
+        The source of chance, not negative: the same scene, seed and version give the same
+        labels.
+    components : bool
+        Whether each connected piece of a segment becomes a segment of its own (grids only).
+    fill : bool
+        Whether pixels without depth get a label too (grids only).
+    threads : int, optional
+        How many; by default one a core. The labels do not depend on it.
+    progress : callable, optional
+        Called with the name of each stage as it begins.
+
+    Returns
+    -------
+    Segmentation
+
+    Raises
+    ------
+    GeohueError
+        For a scene without any usable point, fewer points than segments, or a bad argument.
+
+    Examples
+    --------
+    >>> rgb = np.zeros((40, 60, 3), np.uint8)
+    >>> rgb[:, 30:] = (200, 60, 40)
+    >>> depth = np.where(np.arange(60) < 30, 1.0, 2.0)[None].repeat(40, 0)
+    >>> seg = segment(Scene.from_rgbd(rgb, depth), k=2)
+    >>> seg.k, seg.labels[0, ::15].tolist()
+    (2, [0, 0, 1, 1])
+    """
+    settings, clock = preset_named(preset), StageClock(progress)
+    _check_arguments(scene, k, weight, method, seed, components)
+    notes = list(scene.warnings)
+    with workers(threads) as team:
+        with clock.stage("features"):  # Sec. II: eq. 1-5
+            features = extract_features(scene, cues)
+            notes += features.notes
+            draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
+            most = settings.k_max if k == "auto" else k
+            _check_count(len(features), k)
+            cutter = Cutter(features, draft, settings, team, seed, most)
+        with clock.stage("k"):  # Sec. III: how many segments
+            start = _fixed_weight(weight, cues)
+            n = cutter.choose_k(1.0 if start is None else start) if k == "auto" else k
+        with clock.stage("weight"):  # Sec. IV: eq. 6-17
+            lam, curve = (
+                (start, [])
+                if start is not None
+                else _search(cutter, scene, draft, n, settings, team)
+            )
+        with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
+            labels = cutter.labels(lam, n)
+        with clock.stage("refine"):  # Sec. III: small regions, on grids
+            labels = _refined(labels, scene, settings)
+        with clock.stage("quality"):  # eq. 17
+            score = QualityMetric(scene)(labels)
+        with clock.stage("fill"):  # Appendix: pixels without depth, on grids
+            if fill and scene.is_grid and not (labels >= 0).all():
+                labels = fill_labels(labels, lab_of(scene.colors))
+        if components:
+            labels = connected_components(labels)
+        labels, _ = relabel(labels)
+    found = int(labels.max()) + 1
+    notes += _shortfalls(found, n, components)
+    return Segmentation(
+        labels,
+        found,
+        lam,
+        score.total if score else None,
+        curve,
+        method,
+        preset if isinstance(preset, str) else "custom",
+        cues,
+        seed,
+        clock.timings(),
+        tuple(notes),
+    )
+
+
+def _check_arguments(
+    scene: Scene,
+    k: int | Literal["auto"],
+    weight: float | Literal["auto"],
+    method: str,
+    seed: int,
+    components: bool,
+) -> None:
+    if k != "auto" and not (_is_whole(k) and 1 <= k <= K_LIMIT):
+        raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
+    if weight != "auto" and not (isinstance(weight, int | float | np.number) and weight >= 0):
+        raise GeohueError(f'weight is {weight!r}: expected "auto" or a number of at least 0')
+    if method not in METHODS:
+        raise GeohueError(f"method {method!r}: choose one of {', '.join(METHODS)}")
+    if not (_is_whole(seed) and seed >= 0):
+        raise GeohueError(f"seed is {seed!r}: expected a whole number of at least 0")
+    if components and not scene.is_grid:
+        raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _check_count(n_points: int, k: int | Literal["auto"]) -> None:
+    if k != "auto" and n_points < k:
+        raise GeohueError(f"{n_points} usable point(s) cannot form {k} segments: lower k")
+
+
+def _fixed_weight(weight: float | Literal["auto"], cues: Cues) -> float | None:
+    """Return the weight if it need not be searched."""
+    if cues == "fusion":
+        return None if weight == "auto" else float(weight)
+    return 0.0 if cues == "color" else math.inf
+
+
+def _search(
+    cutter: Cutter, scene: Scene, draft: NDArray[np.int64], k: int, settings: Preset, team: Workers
+) -> tuple[float, Curve]:
+    """Maximise Q over the weight, on the draft."""
+    if k == 1:
+        return 1.0, []
+    small = scene.take(draft)
+    metric = QualityMetric(small)
+
+    def score(weight: float) -> float | None:
+        quality = metric(_refined(cutter.draft_labels(weight, k), small, settings))
+        return quality.total if quality else None
+
+    return search_weight(score, team, settings.weights, settings.refinements)
+
+
+def _refined(labels: NDArray[np.int32], scene: Scene, settings: Preset) -> NDArray[np.int32]:
+    if not scene.is_grid:
+        return labels
+    return merge_small_regions(labels, max(1, round(settings.min_region * scene.size)))
+
+
+def _shortfalls(found: int, wanted: int, components: bool) -> list[str]:
+    if wanted == 1:
+        return ["one segment: nothing to split, and no weight to choose"]
+    if found < wanted and not components:
+        return [f"{found} segment(s) instead of {wanted}: the others were empty or too small"]
+    return []
