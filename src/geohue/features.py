@@ -1,4 +1,4 @@
-"""Sec. II: colour and geometry of each point in one vector (eq. 1-5)."""
+"""Sec. II, V: colour and geometry of each point in one vector (eq. 1-5, 19)."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ class Features:
 
     Attributes
     ----------
-    color : (M, 3) float32
-        Normalised L, a, b (eq. 4); zeros if the cue is not used or does not vary.
+    color : (M, 3) or (M, 6) float32
+        Normalised L, a, b (eq. 4), of both views if there are two (eq. 19); zeros if the cue is
+        not used or does not vary.
     geometry : (M, 3) float32
         Normalised x, y, z (eq. 3); zeros likewise.
     index : (M,) int64
@@ -48,7 +49,7 @@ class Features:
         return len(self.index)
 
     def vectors(self, weight: float) -> NDArray[np.float32]:
-        """Return the vectors p^f of eq. 5.
+        """Return the vectors p^f of eq. 5, or of eq. 19 for two views.
 
         Parameters
         ----------
@@ -57,8 +58,8 @@ class Features:
 
         Returns
         -------
-        (M, 6) float32
-            L, a, b and lambda times x, y, z.
+        (M, 6) or (M, 9) float32
+            L, a, b of each view and lambda times x, y, z.
         """
         return np.hstack([self.color, np.float32(weight) * self.geometry])
 
@@ -76,7 +77,7 @@ class Features:
 
         Returns
         -------
-        (M, 6) float32
+        (M, 6) or (M, 9) float32
         """
         share = mixing_angle(weight)
         return np.hstack(
@@ -150,12 +151,21 @@ def extract_features(scene: Scene, cues: Cues = "fusion") -> Features:
     color = geometry = zeros
     notes: list[str] = []
     if cues != "geometry":
-        color, constant = _normalized(lab_of(scene.colors).reshape(-1, 3)[index])
+        color, constant = _color_part(scene, index)
         notes += ["all colours are equal: colour says nothing here"] * constant
     if cues != "color":
         geometry, constant = _normalized(scene.points.reshape(-1, 3)[index])
         notes += ["all points lie in one place: geometry says nothing here"] * constant
     return Features(color, geometry, index, scene.shape, cues, tuple(notes))
+
+
+def _color_part(scene: Scene, index: NDArray[np.int64]) -> tuple[NDArray[np.float32], bool]:
+    """Normalise the colours of each view by its own deviation (eq. 4, 19)."""
+    color, constant = _normalized(lab_of(scene.colors.reshape(-1, 3)[index]))
+    if scene.second_colors is None:
+        return color, constant
+    second, _ = _normalized(lab_of(scene.second_colors.reshape(-1, 3)[index]))
+    return np.hstack([color, second]), constant
 
 
 def lab_of(colors: NDArray[np.uint8]) -> NDArray[np.float32]:

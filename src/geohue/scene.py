@@ -28,6 +28,8 @@ class Scene:
         The depth map, NaN where missing; None for a cloud, whose geometry has no preferred axis.
     intrinsics : Intrinsics or None
         The camera of an RGB-D frame.
+    second_colors : uint8, shape of `colors`, or None
+        The same points as another camera sees them: the right view warped to the left (eq. 18).
     warnings : tuple of str
         Guesses and repairs that the user should know of.
     """
@@ -36,6 +38,7 @@ class Scene:
     points: NDArray[np.float32]
     depth: NDArray[np.float32] | None = None
     intrinsics: Intrinsics | None = None
+    second_colors: NDArray[np.uint8] | None = None
     warnings: tuple[str, ...] = ()
 
     @classmethod
@@ -95,7 +98,7 @@ class Scene:
                 f"scaled to the image's {width} x {height}",
             )
         camera = intrinsics.scaled_to(width, height)
-        return cls(colors, camera.unproject(metres), metres, camera, warnings)
+        return cls(colors, camera.unproject(metres), metres, camera, warnings=warnings)
 
     @classmethod
     def from_cloud(cls, points: ArrayLike, colors: ArrayLike) -> Scene:
@@ -207,11 +210,13 @@ class Scene:
 
     def take(self, positions: NDArray[np.int64]) -> Scene:
         """Return the scene at some flat positions, in the shape of `positions`."""
+        second = self.second_colors
         return replace(
             self,
             colors=self.colors.reshape(-1, 3)[positions],
             points=self.points.reshape(-1, 3)[positions],
             depth=None if self.depth is None else self.depth.reshape(-1)[positions],
+            second_colors=None if second is None else second.reshape(-1, 3)[positions],
         )
 
 
