@@ -176,10 +176,11 @@ def _decode(path: str | Path) -> NDArray[Any]:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Keep OpenCV from printing what the error says anyway."""
-    from cv2.utils import logging
+    import cv2
 
+    logging: Any = getattr(cv2.utils, "logging", cv2)  # OpenCV 5 and 4
     level = logging.getLogLevel()
-    logging.setLogLevel(logging.LOG_LEVEL_SILENT)
+    logging.setLogLevel(0)
     try:
         yield
     finally:
