@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from pypcd4 import Encoding, PointCloud
+from pypcd4.pypcd4 import Encoding, PointCloud
 
 from geohue.errors import GeohueError
 from geohue.io import read_cloud, read_pcd
@@ -51,7 +51,7 @@ def rows(count: int = 3) -> bytes:
 
 def compressed(columns: list[np.ndarray[Any, Any]]) -> bytes:
     raw = b"".join(column.tobytes() for column in columns)
-    packed = import_module("lzf").compress(raw)
+    packed: bytes = import_module("lzf").compress(raw)
     return struct.pack("<II", len(packed), len(raw)) + packed
 
 

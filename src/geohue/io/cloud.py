@@ -164,7 +164,8 @@ def _offset(axes: tuple[NDArray[Any], ...]) -> NDArray[np.float64]:
             low[i], high[i], mean[i] = values.min(), values.max(), values.mean()
     farthest = max(np.abs(low).max(), np.abs(high).max())
     extent = (high - low).max()
-    return mean if farthest * _FLOAT32_STEP > 2e-5 * extent else np.zeros(3)
+    blurred = farthest * _FLOAT32_STEP > 2e-5 * extent > 0
+    return mean if blurred else np.zeros(3)
 
 
 def _as_float32(columns: list[NDArray[Any]]) -> NDArray[np.float32]:
