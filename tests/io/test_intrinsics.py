@@ -18,7 +18,7 @@ from geohue.io import read_intrinsics
 
 SIZED = Intrinsics(525.0, 520.0, 319.5, 239.5, 640, 480)
 BARE = Intrinsics(525.0, 520.0, 319.5, 239.5)
-K = [[525.0, 0, 319.5], [0, 520.0, 239.5], [0, 0, 1]]
+K: list[list[float]] = [[525.0, 0, 319.5], [0, 520.0, 239.5], [0, 0, 1]]
 ROWS = [x for row in K for x in row]
 OPEN3D = {"width": 640, "height": 480, "intrinsic_matrix": [525, 0, 0, 0, 520, 0, 319.5, 239.5, 1]}
 ROS = """image_width: 640
