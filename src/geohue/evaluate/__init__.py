@@ -3,20 +3,55 @@
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 from geohue.errors import GeohueError
-from geohue.evaluate.boundary import boundary_distances, displacement_of, scores_of
-from geohue.evaluate.contingency import UNLABELLED, Contingency, Labels, checked_labels
-from geohue.evaluate.contingency import contingency_table as contingency_table
+from geohue.evaluate.boundary import (
+    boundary_displacement_error,
+    boundary_distances,
+    boundary_map,
+    boundary_precision_recall_f,
+    displacement_of,
+    scores_of,
+)
+from geohue.evaluate.contingency import (
+    UNLABELLED,
+    Contingency,
+    Labels,
+    checked_labels,
+    contingency_table,
+)
 from geohue.evaluate.partition import (
+    achievable_segmentation_accuracy,
+    adjusted_rand_index,
     adjusted_rand_of,
     covering_of,
     information_of,
     leak_of,
+    probabilistic_rand_index,
+    rand_index,
     rand_of,
+    segmentation_covering,
+    undersegmentation_error,
+    variation_of_information,
 )
 
-Crop = tuple[int, int, int, int]
+__all__ = [
+    "achievable_segmentation_accuracy",
+    "adjusted_rand_index",
+    "boundary_displacement_error",
+    "boundary_map",
+    "boundary_precision_recall_f",
+    "contingency_table",
+    "evaluate",
+    "probabilistic_rand_index",
+    "rand_index",
+    "segmentation_covering",
+    "undersegmentation_error",
+    "variation_of_information",
+]
+
+Crop: TypeAlias = tuple[int, int, int, int]
 
 
 def evaluate(
