@@ -38,7 +38,7 @@ class Preset:
         Smaller regions of a grid, as a share of its pixels, join what surrounds them.
     """
 
-    landmarks: int = 150
+    landmarks: int = 100
     landmark_choice: Choice = "random"
     scale: float = SCALE
     labelling: Labelling = "kmeans"
@@ -53,7 +53,7 @@ class Preset:
 PRESETS: dict[str, Preset] = {
     "paper": Preset(),
     "fast": Preset(landmarks=64, draft_points=5_000, weights=COARSE[1:-1], refinements=(0.5,)),
-    "best": Preset(landmarks=300, landmark_choice="kmeans", draft_points=40_000),
+    "best": Preset(landmarks=300, draft_points=40_000),
 }
 
 

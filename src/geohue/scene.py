@@ -63,7 +63,7 @@ class Scene:
             depth camera is assumed, with a warning: parts are found either way, but not at
             their true proportions.
         depth_scale : float, optional
-            Units per metre (1000 for millimetres).
+            Metres per unit (0.001 for millimetres).
 
         Returns
         -------
@@ -265,13 +265,13 @@ def _check_depth(
         raise GeohueError(f"the depth map has type {raw.dtype}: expected floats or integers")
     if scale is None and raw.dtype.kind in "iu":
         raise GeohueError(
-            f"the depth map has type {raw.dtype}: say how many units a metre has "
-            "(depth_scale=1000 for millimetres) or pass metres as floats"
+            f"the depth map has type {raw.dtype}: say how many metres a unit is "
+            "(depth_scale=0.001 for millimetres) or pass metres as floats"
         )
     if scale is not None and not 0 < scale < np.inf:
-        raise GeohueError(f"depth_scale is {scale}: expected a positive number of units per metre")
+        raise GeohueError(f"depth_scale is {scale}: expected a positive number of metres per unit")
     with np.errstate(over="ignore"):  # a value that float32 cannot hold becomes inf: missing
-        metres = (raw / (scale or 1.0)).astype(np.float32)
+        metres = (raw * np.float64(scale or 1.0)).astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     return metres
 

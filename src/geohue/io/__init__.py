@@ -2,7 +2,7 @@
 
 from geohue.io.atomic import atomic_write
 from geohue.io.cloud import CloudData, read_cloud
-from geohue.io.images import DepthImage, read_color, read_depth, write_png
+from geohue.io.images import DepthImage, read_color, read_depth, read_labels, write_png
 from geohue.io.intrinsics import read_intrinsics
 from geohue.io.pcd import read_pcd
 from geohue.io.ply import read_ply, write_ply
@@ -15,6 +15,7 @@ __all__ = [
     "read_color",
     "read_depth",
     "read_intrinsics",
+    "read_labels",
     "read_pcd",
     "read_ply",
     "write_ply",

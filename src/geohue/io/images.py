@@ -214,3 +214,28 @@ def write_png(path: str | Path, array: NDArray[Any]) -> None:
         raise broken(path, f"not written: {pixels.shape} cannot be encoded as PNG")
     with atomic_write(path) as temporary:
         temporary.write_bytes(data.tobytes())
+
+
+def read_labels(path: str | Path) -> NDArray[np.int32]:
+    """Read a label image.
+
+    Parameters
+    ----------
+    path : path-like
+        PNG or TIFF with one channel of 8 or 16 bits, 0 = no label.
+
+    Returns
+    -------
+    (H, W) int32
+        The values as they are in the file.
+
+    Raises
+    ------
+    GeohueError
+        If the file is missing or damaged, or has colours or fractions instead of labels.
+    """
+    raw = _decode(path)
+    if raw.ndim != 2 or raw.dtype.kind not in "iu":
+        cause = f"holds {raw.dtype} {raw.shape}, no label image"
+        raise broken(path, f"{cause}; labels are whole numbers in one channel")
+    return raw.astype(np.int32)

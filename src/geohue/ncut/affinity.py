@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-SCALE = 0.6
+SCALE = 0.4
 """Width of the Gaussian in units of the spread of the data, see `affinity`."""
 
 FAINTEST = -40.0

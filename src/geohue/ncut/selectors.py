@@ -18,15 +18,22 @@ SELECTORS: tuple[Selector, ...] = get_args(Selector)
 K_MAX = 10
 """Most segments that a selector proposes."""
 
-ONE_SEGMENT = 0.05
+DIFFUSION_STEPS = 16
+"""Steps of the random walk of `eigengap`."""
+
+ONE_SEGMENT = 0.025
 """A scene whose best normalized cut in two costs more than this is one segment."""
 
 
-def eigengap(eigenvalues: NDArray[np.float64], k_max: int = K_MAX) -> int:
+def eigengap(
+    eigenvalues: NDArray[np.float64], k_max: int = K_MAX, steps: int = DIFFUSION_STEPS
+) -> int:
     """Choose the K after which the eigenvalues fall the most.
 
     K groups without affinity to each other give K eigenvalues of 1; the fall after them tells
-    how clear the groups are (von Luxburg 2007).
+    how clear the groups are (von Luxburg 2007). The eigenvalues are those of a random walk after
+    some steps (Azran and Ghahramani 2006): what is left of each group by then. A few steps make
+    the coarse parts of a scene count more than the many finer ones inside them.
 
     Parameters
     ----------
@@ -34,6 +41,8 @@ def eigengap(eigenvalues: NDArray[np.float64], k_max: int = K_MAX) -> int:
         Of the normalized affinity, in decreasing order; those beyond m count as 0.
     k_max : int
         Largest answer.
+    steps : int
+        Power to which the eigenvalues are taken; 1 is the plain eigengap.
 
     Returns
     -------
@@ -42,10 +51,10 @@ def eigengap(eigenvalues: NDArray[np.float64], k_max: int = K_MAX) -> int:
 
     Examples
     --------
-    >>> eigengap(np.array([1.0, 0.98, 0.97, 0.4, 0.3]))
-    3
+    >>> eigengap(np.array([1.0, 0.98, 0.97, 0.7, 0.2]), steps=1), eigengap(np.array([1.0, 0.9]))
+    (4, 1)
     """
-    padded = np.append(eigenvalues, 0.0)[: k_max + 1]
+    padded = np.append(np.clip(eigenvalues, 0, 1), 0.0)[: k_max + 1] ** steps
     return int(np.argmax(padded[:-1] - padded[1:])) + 1
 
 

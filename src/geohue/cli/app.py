@@ -1,0 +1,73 @@
+"""The commands, and the one place where errors become a line and an exit status."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated, NoReturn
+
+import typer
+
+from geohue.cli.evaluate import evaluate
+from geohue.cli.info import info
+from geohue.cli.segment import segment
+from geohue.errors import GeohueError
+
+app = typer.Typer(
+    help="Split scenes into their parts from colour and geometry together.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in (segment, evaluate, info):
+    app.command()(command)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from geohue._version import __version__
+
+        typer.echo(f"geohue {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    """Split scenes into their parts from colour and geometry together."""
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line; exit with 0, 2 for bad input or usage, or 130 when interrupted."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit status."""
+    try:
+        status = app(args=arguments, standalone_mode=False)
+    except GeohueError as error:
+        return _fail(str(error))
+    except (KeyboardInterrupt, typer.Abort):
+        return _fail("interrupted", 130)
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader has gone; there is nobody to tell
+        return 1
+    except Exception as error:
+        # Usage errors of the argument parser, whose classes moved between versions of typer.
+        describe = getattr(error, "format_message", None)
+        if describe is None:
+            raise
+        text = describe()
+        return 0 if not text else _fail(f"{text} Try 'geohue --help'.")
+    return status if isinstance(status, int) else 0
+
+
+def _fail(message: str, status: int = 2) -> int:
+    typer.echo("geohue: error: " + " ".join(message.split()), err=True)
+    return status

@@ -1,0 +1,80 @@
+"""What every command tells the user on standard error, and how numbers are read."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Literal
+
+import typer
+
+from geohue.errors import GeohueError
+
+STAGES = {
+    "features": "reading colour and geometry",
+    "k": "choosing the number of segments",
+    "weight": "choosing the weight",
+    "cut": "cutting the scene",
+    "refine": "removing small regions",
+    "quality": "measuring the quality",
+    "fill": "filling pixels without depth",
+}
+
+
+@contextmanager
+def stage_bar() -> Iterator[Any]:
+    """Show a progress bar on standard error; yields the callable that `segment` takes."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:32}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("starting", total=len(STAGES))
+        done = iter(range(len(STAGES)))
+
+        def begin(stage: str) -> None:
+            progress.update(task, description=STAGES.get(stage, stage), completed=next(done, 0))
+
+        yield begin
+
+
+def warn(messages: Iterable[str]) -> None:
+    """Print warnings, a line each."""
+    for message in messages:
+        typer.echo(f"geohue: warning: {' '.join(message.split())}", err=True)
+
+
+def print_json(content: Mapping[str, Any]) -> None:
+    """Print a JSON object on standard output."""
+    typer.echo(json.dumps(content, indent=2))
+
+
+def number_or_auto(text: str, option: str) -> float | Literal["auto"]:
+    """Read a number or the word auto.
+
+    Examples
+    --------
+    >>> number_or_auto("0.5", "--lambda")
+    0.5
+    >>> number_or_auto("half", "--lambda")
+    Traceback (most recent call last):
+    geohue.errors.GeohueError: --lambda half: expected "auto" or a number
+    """
+    if text == "auto":
+        return "auto"
+    try:
+        return float(text)
+    except ValueError:
+        raise GeohueError(f'{option} {text}: expected "auto" or a number') from None
+
+
+def whole_or_auto(text: str, option: str) -> int | Literal["auto"]:
+    """Read a whole number or the word auto."""
+    if text == "auto":
+        return "auto"
+    try:
+        return int(text)
+    except ValueError:
+        raise GeohueError(f'{option} {text}: expected "auto" or a whole number') from None
