@@ -1,0 +1,49 @@
+"""Compiled helpers that several systems share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def compiled(function: _F) -> _F:
+    """Compile for the processor, kept on disk; no fast-math, so the sums round as written."""
+    return cast(_F, njit(cache=True, nogil=True)(function))
+
+
+@compiled
+def find_root(parent: NDArray[np.int32], node: int) -> int:
+    """Return the representative of a node's set, halving the path to it."""
+    while parent[node] != node:
+        parent[node] = parent[parent[node]]
+        node = parent[node]
+    return node
+
+
+@compiled
+def join_roots(parent: NDArray[np.int32], one: int, other: int) -> int:
+    """Join two sets by their representatives; the lower one stays the representative."""
+    low, high = min(one, other), max(one, other)
+    parent[high] = low
+    return low
+
+
+@compiled
+def flatten(parent: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Number the sets 0..K-1 in the order of their first nodes."""
+    labels = np.empty(len(parent), np.int32)
+    count = 0
+    for node in range(len(parent)):
+        root = find_root(parent, node)
+        if root == node:  # representatives are the lowest: the others come after them
+            labels[node] = count
+            count += 1
+        else:
+            labels[node] = labels[root]
+    return labels
