@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,13 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
 
+if TYPE_CHECKING:
+    from geohue.stereo.rig import StereoRig
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
     """A scene with colour and geometry, whatever it was recorded with.
 
-    Build one with `from_rgbd`, `from_cloud` or `from_image`: they check the input and turn every
-    invalid value into a gap, so that nothing after them has to.
+    Build one with `from_rgbd`, `from_stereo`, `from_cloud` or `from_image`: they check the input
+    and turn every invalid value into a gap, so that nothing after them has to.
 
     Attributes
     ----------
@@ -135,6 +139,68 @@ class Scene:
             )
         rgb = _check_cloud_colors(np.asarray(colors), xyz.shape)
         return cls(rgb, _center_far_points(xyz))
+
+    @classmethod
+    def from_stereo(
+        cls,
+        left: ArrayLike,
+        right: ArrayLike,
+        rig: StereoRig | None = None,
+        disparity: ArrayLike | None = None,
+        views: Literal[1, 2] = 2,
+        *,
+        disparity_range: tuple[int, int] | None = None,
+    ) -> Scene:
+        """Make a scene of the left view of a stereo pair (Sec. V).
+
+        Parameters
+        ----------
+        left, right : (H, W, 3) uint8, or (H, W) uint8 for grey cameras
+            The images, sRGB; rectified here if `rig` is that of the raw images.
+        rig : StereoRig, optional
+            The calibration (`geohue.stereo.StereoRig`). Without it a typical camera is assumed,
+            with a warning: depth is up to scale.
+        disparity : (H, W) float, optional
+            Of the rectified left image: x in the left minus x in the right image, in pixels.
+            NaN and infinite values are missing. Without it the pair is matched.
+        views : {1, 2}
+            Whether the right view's colours take part (eq. 19) or the left one's alone (eq. 5).
+        disparity_range : (int, int), optional
+            Smallest and largest disparity to look for, where the pair is matched.
+
+        Returns
+        -------
+        Scene
+            The left view. For the right one see `geohue.stereo.StereoPair.swapped`.
+
+        Raises
+        ------
+        GeohueError
+            For images of different size, a blank image, exchanged images, a disparity of the
+            wrong sign, or a calibration that cannot rectify the pair.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> noise = np.random.default_rng(0).integers(0, 256, (60, 90, 3)).astype(np.uint8)
+        >>> scene = Scene.from_stereo(noise[:, :-8], noise[:, 8:])
+        >>> scene.shape, scene.second_colors is not None, len(scene.warnings)
+        ((60, 82), True, 1)
+        """
+        from geohue.stereo.pair import StereoPair, left_view
+
+        images = _check_image(left), _check_image(right)
+        known = None if disparity is None else _check_disparity(disparity)
+        pair = StereoPair.prepare(*images, rig, known, disparity_range=disparity_range)
+        view = left_view(pair, views)
+        return cls(
+            view.colors,
+            view.points,
+            view.depth,
+            view.intrinsics,
+            view.second_colors,
+            view.warnings,
+        )
 
     @classmethod
     def from_image(cls, rgb: ArrayLike) -> Scene:
@@ -274,6 +340,16 @@ def _check_depth(
         metres = (raw * np.float64(scale or 1.0)).astype(np.float32)
     metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     return metres
+
+
+def _check_disparity(disparity: ArrayLike) -> NDArray[np.floating[Any]]:
+    values = np.asarray(disparity)
+    if values.ndim != 2 or not _is_real(values):
+        raise GeohueError(
+            f"the disparity has shape {values.shape} and type {values.dtype}: expected (H, W) "
+            "numbers in pixels"
+        )
+    return values.astype(np.float64)
 
 
 def _check_cloud_colors(colors: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.uint8]:
