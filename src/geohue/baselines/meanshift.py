@@ -71,4 +71,5 @@ def find_modes(
     if bandwidth <= 0:  # most points coincide: nothing to tell apart
         return points.mean(axis=0, keepdims=True)
     shift = MeanShift(bandwidth=bandwidth, bin_seeding=True, n_jobs=1).fit(points)
-    return np.asarray(shift.cluster_centers_, np.float64)
+    centers: NDArray[np.float64] = np.asarray(shift.cluster_centers_, np.float64)
+    return centers

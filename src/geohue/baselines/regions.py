@@ -2,7 +2,7 @@
 
 What EDISON does after its filter, in its order:
 
-1. pixels whose modes (almost) equal that of the first pixel of a region are connected to it;
+1. neighbouring pixels whose modes are (almost) equal are connected;
 2. neighbouring regions with modes closer than half a bandwidth join, unless there is an edge
    between them, transitively, with the modes taken anew, until nothing changes;
 3. regions below the least size join the neighbour with the closest mode, until there are none.
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from geohue.baselines.kernels import compiled, find_root, flatten, join_roots
 
 SAME = 1 / 6.5
-"""Modes closer than this are one plateau: 1 Luv unit at EDISON's bandwidth of 6.5."""
+"""Modes that differ by less in each channel are connected: 1 Luv unit of EDISON's 6.5."""
 
 CLOSE = 0.5
 """Neighbouring modes closer than this join."""
@@ -75,7 +75,7 @@ def grow_regions(
     (H, W) int32
         Labels from 0; -1 outside the mask.
     """
-    regions = measure(_connect(modes, mask, SAME), modes)
+    regions = measure(connect(modes, mask, SAME), modes)
     for _ in range(MOST_ROUNDS):
         pairs, edge = borders(regions.labels, strength)
         near = mode_distance(regions, pairs) < CLOSE**2
@@ -133,8 +133,8 @@ def borders(
         keys.append(low.astype(np.int64) * count + high)
         edges.append((strength[here][apart] + strength[there][apart]) / 2)
     unique, group = np.unique(np.concatenate(keys), return_inverse=True)
-    edge = np.bincount(group, np.concatenate(edges), len(unique))
-    edge /= np.bincount(group, minlength=len(unique))
+    total = np.bincount(group, np.concatenate(edges), len(unique))
+    edge = total / np.bincount(group, minlength=len(unique))
     return np.stack(np.divmod(unique, max(count, 1)), axis=1).astype(np.int32), edge
 
 
@@ -166,41 +166,38 @@ def _union(n: int, pairs: NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 @compiled
-def _is_like(modes: NDArray[np.float32], y: int, x: int, seed_y: int, seed_x: int) -> float:
-    """Return the squared distance of the mode of a pixel to that of a seed."""
-    total = 0.0
+def _are_alike(modes: NDArray[np.float32], y: int, x: int, v: int, u: int, same: float) -> bool:
+    """Say whether the modes of two pixels differ by less than `same` in every channel."""
     for c in range(3):
-        total += (modes[y, x, c] - modes[seed_y, seed_x, c]) ** 2
-    trust = modes[y, x, 4] * modes[seed_y, seed_x, 4]
-    return float(total + trust * (modes[y, x, 3] - modes[seed_y, seed_x, 3]) ** 2)
+        if abs(modes[y, x, c] - modes[v, u, c]) >= same:
+            return False
+    step = modes[y, x, 3] - modes[v, u, 3]
+    return bool(modes[y, x, 4] * modes[v, u, 4] * step * step < same * same)
 
 
 @compiled
-def _connect(modes: NDArray[np.float32], mask: NDArray[np.bool_], same: float) -> NDArray[np.int32]:
-    """Number the 8-connected plateaus in the order of their first pixels."""
+def connect(modes: NDArray[np.float32], mask: NDArray[np.bool_], same: float) -> NDArray[np.int32]:
+    """Number the sets of 8-connected pixels whose modes are alike from each to the next."""
     height, width = mask.shape
+    parent = np.arange(height * width).astype(np.int32)
+    for y in range(height):
+        for x in range(width):
+            for v, u in ((y, x + 1), (y + 1, x - 1), (y + 1, x), (y + 1, x + 1)):
+                if v >= height or u < 0 or u >= width or not (mask[y, x] and mask[v, u]):
+                    continue
+                if _are_alike(modes, y, x, v, u, same):
+                    one, other = find_root(parent, y * width + x), find_root(parent, v * width + u)
+                    if one != other:
+                        join_roots(parent, one, other)
     labels = np.full((height, width), -1, np.int32)
-    stack = np.empty((height * width, 2), np.int32)
     count = 0
-    for i in range(height):
-        for j in range(width):
-            if labels[i, j] >= 0 or not mask[i, j]:
-                continue
-            labels[i, j] = count
-            stack[0, 0], stack[0, 1] = i, j
-            filled = 1
-            while filled > 0:
-                filled -= 1
-                y, x = stack[filled, 0], stack[filled, 1]
-                for v in range(max(y - 1, 0), min(y + 2, height)):
-                    for u in range(max(x - 1, 0), min(x + 2, width)):
-                        if (
-                            labels[v, u] < 0
-                            and mask[v, u]
-                            and _is_like(modes, v, u, i, j) < same * same
-                        ):
-                            labels[v, u] = count
-                            stack[filled, 0], stack[filled, 1] = v, u
-                            filled += 1
-            count += 1
+    for y in range(height):
+        for x in range(width):
+            if mask[y, x]:
+                root = find_root(parent, y * width + x)
+                if root == y * width + x:
+                    labels[y, x] = count
+                    count += 1
+                else:
+                    labels[y, x] = labels[root // width, root % width]
     return labels
