@@ -67,7 +67,8 @@ def elongated_kmeans(
     told apart by an axis of its own gathers at the origin. So k-means runs with q centres whose
     distance is stretched along the ray from the origin,
     ``M = (I - cc'/c'c) / s + s cc'/c'c``, and one centre at the origin with the plain distance;
-    while that one captures points, q grows by one.
+    while that one captures points, q grows by one. Of many equal groups the rays may crowd in
+    the first dimensions so that none is left for the origin: the answer is then too small.
 
     Parameters
     ----------
@@ -95,49 +96,42 @@ def elongated_kmeans(
     3
     """
     k_max = entries.shape[1]
-    centers = _first_centers(entries[:, : min(2, k_max)])
     for q in range(2, k_max):
-        y = entries[:, :q]
-        centers, at_origin = _elongated_step(y, centers, sharpness)
-        if at_origin.mean() <= tolerance:
+        if _share_at_origin(entries[:, :q], sharpness) <= tolerance:
             return q
-        # The captured points that stick out along the next axis seed the next centre.
-        nxt = entries[:, : q + 1]
-        captured = np.where(at_origin, np.abs(nxt[:, q]), -1.0)
-        centers = np.vstack([np.pad(centers, ((0, 0), (0, 1))), nxt[captured.argmax()]])
     return k_max
 
 
-def _first_centers(y: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The point farthest from the origin and the one that is most orthogonal to it yet far."""
-    norms = np.einsum("ij,ij->i", y, y)
-    first = y[norms.argmax()]
-    along = (y @ first) ** 2 / max(float(first @ first), 1e-300)
-    second = y[(norms - along).argmax()]
-    return np.array([first, second])[: y.shape[1]]
-
-
-def _elongated_step(
-    y: NDArray[np.float64], centers: NDArray[np.float64], sharpness: float
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    q = len(centers)
+def _share_at_origin(y: NDArray[np.float64], sharpness: float) -> float:
+    """Run elongated k-means in q dimensions; returns the share that the origin captures."""
+    q = y.shape[1]
+    # Pivoted QR takes the row that sticks out the most from those taken before.
+    _, _, pivots = scipy.linalg.qr(y.T, mode="economic", pivoting=True)
+    centers = y[pivots[:q]]
     owner = np.full(len(y), -1)
     for _ in range(50):
-        distance = np.empty((len(y), q + 1))
-        for j, c in enumerate(centers):
-            difference = y - c
-            along = (difference @ c) ** 2 / max(float(c @ c), 1e-300)
-            across = np.einsum("ij,ij->i", difference, difference) - along
-            distance[:, j] = across / sharpness + sharpness * along
-        distance[:, q] = np.einsum("ij,ij->i", y, y)
-        new = distance.argmin(axis=1)
+        new = _elongated_distances(y, centers, sharpness).argmin(axis=1)
         if np.array_equal(new, owner):
             break
         owner = new
         centers = np.array(
             [y[owner == j].mean(axis=0) if (owner == j).any() else centers[j] for j in range(q)]
         )
-    return centers, owner == q
+    return float((owner == q).mean())
+
+
+def _elongated_distances(
+    y: NDArray[np.float64], centers: NDArray[np.float64], sharpness: float
+) -> NDArray[np.float64]:
+    """Distance to each centre by its own M, and in the last column to the origin."""
+    distance = np.empty((len(y), len(centers) + 1))
+    for j, c in enumerate(centers):
+        difference = y - c
+        along = (difference @ c) ** 2 / max(float(c @ c), 1e-300)
+        across = np.einsum("ij,ij->i", difference, difference) - along
+        distance[:, j] = across / sharpness + sharpness * along
+    distance[:, -1] = np.einsum("ij,ij->i", y, y)
+    return distance
 
 
 def rotation_cost(rows: NDArray[np.float64], steps: int = 60) -> float:
