@@ -1,0 +1,292 @@
+"""Connected pieces of a label image, and the removal of the small ones (end of Sec. III)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+
+from geohue.errors import GeohueError
+
+
+def check_labels(labels: NDArray[np.integer[Any]], ndim: int | None = None) -> NDArray[np.int32]:
+    """Return labels as int32, or say what is wrong with them.
+
+    Parameters
+    ----------
+    labels : integer array
+        Labels, -1 = none.
+    ndim : int, optional
+        Number of dimensions wanted; None means any.
+
+    Returns
+    -------
+    int32 array of the same shape
+        The same array where it is int32 already.
+
+    Raises
+    ------
+    GeohueError
+        If the labels are not whole numbers from -1 to 2^31 - 1, or not of ``ndim`` dimensions.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> check_labels(np.array([0.5]))
+    Traceback (most recent call last):
+    geohue.errors.GeohueError: labels: float64 values; expected whole numbers, -1 = no label
+    """
+    if not np.issubdtype(labels.dtype, np.integer):
+        raise GeohueError(f"labels: {labels.dtype} values; expected whole numbers, -1 = no label")
+    if ndim is not None and labels.ndim != ndim:
+        raise GeohueError(f"labels: shape {labels.shape}; expected {ndim} dimensions")
+    if labels.size:
+        lowest, highest = int(labels.min()), int(labels.max())
+        if lowest < -1 or highest > np.iinfo(np.int32).max:
+            raise GeohueError(
+                f"labels: values from {lowest} to {highest}; expected -1 (no label) to 2147483647"
+            )
+    return labels.astype(np.int32, copy=False)
+
+
+def connected_components(
+    labels: NDArray[np.integer[Any]], connectivity: int = 4
+) -> NDArray[np.int32]:
+    """Give every connected piece of equal label its own number.
+
+    Parameters
+    ----------
+    labels : (H, W) integer array
+        Labels, -1 = none.
+    connectivity : {4, 8}
+        Whether pixels that touch at a corner only are connected (8) or not (4).
+
+    Returns
+    -------
+    (H, W) int32 array
+        Pieces 0..C-1 in the order of their first pixels, row by row; -1 where there is no label.
+
+    Raises
+    ------
+    GeohueError
+        If the labels are not a (H, W) array of whole numbers from -1, or connectivity is neither
+        4 nor 8.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> connected_components(np.array([[5, 5, 2, 5], [-1, 2, 2, 5]])).tolist()
+    [[0, 0, 1, 2], [-1, 1, 1, 2]]
+    """
+    checked = check_labels(labels, ndim=2)
+    if connectivity not in (4, 8):
+        raise GeohueError(f"connectivity: {connectivity!r}; expected 4 or 8")
+    if checked.size == 0:
+        return checked.copy()
+    from skimage.measure import label  # slow to import
+
+    number: Callable[..., NDArray[np.int64]] = label  # it has no types
+    numbered = number(checked, background=-1, connectivity=1 if connectivity == 4 else 2)
+    return numbered.astype(np.int32) - np.int32(1)
+
+
+def merge_small_regions(labels: NDArray[np.integer[Any]], min_size: int) -> NDArray[np.int32]:
+    """Give the pixels of small regions the label that is most common next to them (Sec. III).
+
+    A piece is a 4-connected set of pixels of one label; it is small with fewer than ``min_size``
+    pixels and kept otherwise. A small piece takes the mode of the labels of the points closest to
+    it: every pair of a pixel of the piece and a kept pixel at the least distance between the two
+    sets votes once for the label of the kept pixel, and equal votes go to the lowest label. So a
+    piece next to kept ones takes the label that it shares the longest border with.
+
+    Pieces take their labels in rounds, all pieces of a round at once and from the labels at its
+    start, so that no order among them matters: first the small pieces 4-adjacent to kept pixels,
+    which then count as kept, then those adjacent to these, and so on. In a last round come the
+    islands, pieces that unlabelled pixels cut off from every kept one: they take the mode over the
+    pairs at the least Euclidean distance.
+
+    Parameters
+    ----------
+    labels : (H, W) integer array
+        Labels, -1 = none.
+    min_size : int
+        Pixels that a piece needs to be kept; 0 and 1 keep everything.
+
+    Returns
+    -------
+    (H, W) int32 array
+        The labels without small pieces, a new array. Pixels with -1 stay so. The labels are
+        those of the input where no piece is large enough.
+
+    Raises
+    ------
+    GeohueError
+        If the labels are not a (H, W) array of whole numbers from -1, or ``min_size`` is not a
+        whole number from 0.
+
+    Notes
+    -----
+    Where at least one piece is kept, a piece smaller than ``min_size`` is left only if
+    unlabelled pixels cut it off from all kept ones (an island changes its label, not its extent).
+    A second run changes nothing. Labels that only small pieces had are gone afterwards: see
+    `relabel`.
+
+    References
+    ----------
+    Dal Mutto, Zanuttigh, Cortelazzo, "Fusion of geometry and color information for scene
+    segmentation", IEEE J. Sel. Topics Signal Process. 6(5), 2012, Sec. III.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> merge_small_regions(np.array([[0, 0, 0, 3], [0, 7, 3, 3]]), min_size=2).tolist()
+    [[0, 0, 0, 3], [0, 0, 3, 3]]
+    """
+    checked = check_labels(labels, ndim=2)
+    if isinstance(min_size, bool) or not isinstance(min_size, (int, np.integer)) or min_size < 0:
+        raise GeohueError(f"min_size: {min_size!r}; expected a whole number of pixels, 0 or more")
+    pieces = connected_components(checked)
+    sizes = np.bincount(pieces.ravel() + 1)[1:]  # drop the count of -1
+    kept = sizes >= min_size
+    if kept.all() or not kept.any():
+        return checked.copy()
+
+    label_of = np.empty(sizes.size, dtype=np.int32)
+    label_of[pieces[pieces >= 0]] = checked[pieces >= 0]
+    _take_from_adjacent(_shared_borders(pieces, kept), label_of, kept)
+    if not kept.all():
+        _take_from_nearest(pieces, label_of, kept)
+    return np.where(pieces < 0, np.int32(-1), label_of[pieces])
+
+
+def relabel(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Renumber the labels 0..K-1, the largest segment first.
+
+    Parameters
+    ----------
+    labels : (H, W) or (N,) integer array
+        Labels, -1 = none.
+
+    Returns
+    -------
+    labels : int32 array of the same shape
+        Labels 0..K-1 by decreasing size, equal sizes by their first pixel; -1 stays -1.
+    mapping : (K,) int32 array
+        The old label of each new one: ``mapping[new] == old``.
+
+    Raises
+    ------
+    GeohueError
+        If the labels are not whole numbers from -1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> new, mapping = relabel(np.array([[7, 3, 3], [-1, 5, 3]]))
+    >>> new.tolist(), mapping.tolist()
+    ([[1, 0, 0], [-1, 2, 0]], [3, 7, 5])
+    """
+    checked = check_labels(labels)
+    old, first, compact, sizes = np.unique(
+        checked, return_index=True, return_inverse=True, return_counts=True
+    )
+    real = np.flatnonzero(old >= 0)
+    order = real[np.lexsort((first[real], -sizes[real]))]
+    new_of = np.full(old.size, -1, dtype=np.int32)
+    new_of[order] = np.arange(order.size, dtype=np.int32)
+    return new_of[compact.reshape(checked.shape)], old[order]
+
+
+def _shared_borders(pieces: NDArray[np.int32], kept: NDArray[np.bool_]) -> sparse.csr_array[Any]:
+    """Count the 4-adjacent pixel pairs between pieces, one of them small: (C, C), symmetric."""
+    pairs = []
+    for one, other in ((pieces[:, :-1], pieces[:, 1:]), (pieces[:-1], pieces[1:])):
+        differ = (one != other) & (one >= 0) & (other >= 0)
+        pairs.append(np.stack((one[differ], other[differ])))
+    a, b = np.concatenate(pairs, axis=1)
+    some_small = ~(kept[a] & kept[b])
+    a, b = a[some_small], b[some_small]
+    rows, cols = np.concatenate((a, b)), np.concatenate((b, a))
+    ones = np.ones(rows.size, dtype=np.int64)
+    # csr adds up the entries of a pair of pieces.
+    return sparse.csr_array((ones, (rows, cols)), shape=(kept.size, kept.size))
+
+
+def _take_from_adjacent(
+    borders: sparse.csr_array[Any], label_of: NDArray[np.int32], kept: NDArray[np.bool_]
+) -> None:
+    """Label the small pieces round by round from the kept ones outwards, in place."""
+    front: NDArray[np.integer[Any]] = np.flatnonzero(kept)
+    while front.size:
+        reached = np.unique(borders[front].indices)
+        front = reached[~kept[reached]]
+        if front.size == 0:
+            break
+        votes = borders[front].tocoo()
+        row, col = votes.coords
+        counted = kept[col]
+        winners = _modes(row[counted], label_of[col[counted]], votes.data[counted])
+        label_of[front] = winners
+        kept[front] = True
+
+
+def _take_from_nearest(
+    pieces: NDArray[np.int32], label_of: NDArray[np.int32], kept: NDArray[np.bool_]
+) -> None:
+    """Label the islands from the kept pixels at the least distance, in place."""
+    source = (pieces >= 0) & kept[pieces]
+    y, x = np.nonzero((pieces >= 0) & ~source)
+    piece = pieces[y, x]
+    nearest = ndimage.distance_transform_edt(~source, return_distances=False, return_indices=True)
+    nearest_y, nearest_x = nearest[:, y, x].astype(np.int64)
+    squared = (nearest_y - y) ** 2 + (nearest_x - x) ** 2
+    least = np.full(kept.size, np.iinfo(np.int64).max)
+    np.minimum.at(least, piece, squared)
+
+    # The transform names one nearest pixel; all at that distance vote.
+    voters, choices = [], []
+    closest = squared == least[piece]
+    y, x, piece, squared = y[closest], x[closest], piece[closest], squared[closest]
+    for distance in np.unique(squared):
+        at = squared == distance
+        for dy, dx in _offsets_at(int(distance)):
+            to_y, to_x = y[at] + dy, x[at] + dx
+            inside = (to_y >= 0) & (to_y < source.shape[0]) & (to_x >= 0) & (to_x < source.shape[1])
+            to_y, to_x, voter = to_y[inside], to_x[inside], piece[at][inside]
+            hit = source[to_y, to_x]
+            voters.append(voter[hit])
+            choices.append(label_of[pieces[to_y[hit], to_x[hit]]])
+    islands, voter = np.unique(np.concatenate(voters), return_inverse=True)
+    choice = np.concatenate(choices)
+    label_of[islands] = _modes(voter, choice, np.ones_like(voter))
+
+
+def _offsets_at(squared: int) -> list[tuple[int, int]]:
+    """Return the whole (dy, dx) with dy^2 + dx^2 = squared."""
+    reach = isqrt(squared)
+    offsets = set()
+    for dy in range(-reach, reach + 1):
+        dx = isqrt(squared - dy * dy)
+        if dx * dx == squared - dy * dy:
+            offsets |= {(dy, dx), (dy, -dx)}
+    return sorted(offsets)
+
+
+def _modes(
+    voter: NDArray[np.integer[Any]],
+    label: NDArray[np.int32],
+    votes: NDArray[np.integer[Any]],
+) -> NDArray[np.int32]:
+    """Return for each voter 0..n-1 the label with most votes, the lowest of equals."""
+    span = int(label.max()) + 1
+    key, group = np.unique(voter.astype(np.int64) * span + label, return_inverse=True)
+    total = np.bincount(group, weights=votes)
+    voters, choices = np.divmod(key, span)
+    order = np.lexsort((-total, voters))  # stable: among equals the lower label stays first
+    first = np.flatnonzero(np.diff(voters[order], prepend=-1))
+    winners: NDArray[np.int32] = choices[order][first].astype(np.int32)
+    return winners
