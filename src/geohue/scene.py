@@ -187,20 +187,12 @@ class Scene:
         >>> scene.shape, scene.second_colors is not None, len(scene.warnings)
         ((60, 82), True, 1)
         """
-        from geohue.stereo.pair import StereoPair, left_view
+        from geohue.stereo.pair import StereoPair
 
         images = _check_image(left), _check_image(right)
         known = None if disparity is None else _check_disparity(disparity)
         pair = StereoPair.prepare(*images, rig, known, disparity_range=disparity_range)
-        view = left_view(pair, views)
-        return cls(
-            view.colors,
-            view.points,
-            view.depth,
-            view.intrinsics,
-            view.second_colors,
-            view.warnings,
-        )
+        return pair.scene(views)
 
     @classmethod
     def from_image(cls, rgb: ArrayLike) -> Scene:

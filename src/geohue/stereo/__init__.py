@@ -3,12 +3,11 @@
 from geohue.stereo.calibrate import StereoCalibration, calibrate_stereo, epipolar_preview
 from geohue.stereo.consistency import ViewAgreement, view_agreement
 from geohue.stereo.matching import StereoMatch, estimate_range, match
-from geohue.stereo.pair import LeftView, StereoPair, left_view
+from geohue.stereo.pair import StereoPair
 from geohue.stereo.rig import StereoRig
 from geohue.stereo.warping import Warp, find_occlusions, warp_right
 
 __all__ = [
-    "LeftView",
     "StereoCalibration",
     "StereoMatch",
     "StereoPair",
@@ -19,7 +18,6 @@ __all__ = [
     "epipolar_preview",
     "estimate_range",
     "find_occlusions",
-    "left_view",
     "match",
     "view_agreement",
     "warp_right",

@@ -1,4 +1,4 @@
-"""From two images to what a scene needs: depth, colours of both views, and the doubts (Sec. V)."""
+"""From two images to a scene: checks, rectification, matching, and the roles swapped (Sec. V)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
+from geohue.scene import Scene
 from geohue.stereo.evidence import (
     doubt_disparity,
     looks_swapped,
@@ -113,11 +113,30 @@ class StereoPair:
         """Warp the right view to the left one (eq. 18)."""
         return warp_right(self.left, self.right, self.disparity, self.right_disparity)
 
+    def scene(self, views: Views = 2) -> Scene:
+        """Return the left view as a scene.
+
+        Parameters
+        ----------
+        views : {1, 2}
+            Whether the right view's colours take part (eq. 19) or not (eq. 5).
+
+        Returns
+        -------
+        Scene
+        """
+        if views not in (1, 2):
+            raise GeohueError(f"views is {views!r}: expected 1 (left colours only) or 2 (both)")
+        depth, camera = self.depth, self.rig.left
+        second = self.warp().colors if views == 2 else None
+        points = camera.unproject(depth)
+        return Scene(self.left, points, depth, camera, second, self.warnings)
+
     def swapped(self) -> StereoPair:
         """Return the pair with the roles of the views exchanged, to segment the right one.
 
-        Everything is seen in a mirror, in which the right camera is the left one: flip what comes
-        out left to right. Swapping twice gives the pair again.
+        Everything is seen in a mirror, in which the right camera is the left one: flip the labels
+        of its scene left to right. Swapping twice gives the pair again.
 
         Raises
         ------
@@ -129,47 +148,13 @@ class StereoPair:
                 "the right view has no disparity: give right_disparity, or let both be matched"
             )
         return StereoPair(
-            self.right[:, ::-1],
-            self.left[:, ::-1],
+            np.ascontiguousarray(self.right[:, ::-1]),
+            np.ascontiguousarray(self.left[:, ::-1]),
             self.rig.mirrored(self.left.shape[1]),
-            self.right_disparity[:, ::-1],
-            self.disparity[:, ::-1],
+            np.ascontiguousarray(self.right_disparity[:, ::-1]),
+            np.ascontiguousarray(self.disparity[:, ::-1]),
             self.warnings,
         )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LeftView:
-    """What `Scene.from_stereo` puts into a scene: see `Scene`."""
-
-    colors: NDArray[np.uint8]
-    points: NDArray[np.float32]
-    depth: NDArray[np.float32]
-    intrinsics: Intrinsics
-    second_colors: NDArray[np.uint8] | None
-    warnings: tuple[str, ...]
-
-
-def left_view(pair: StereoPair, views: Views = 2) -> LeftView:
-    """Return the left view of a pair with its geometry and, for two views, the warped right one.
-
-    Parameters
-    ----------
-    pair : StereoPair
-        The pair.
-    views : {1, 2}
-        Whether the right view's colours take part (eq. 19) or not (eq. 5).
-
-    Returns
-    -------
-    LeftView
-    """
-    if views not in (1, 2):
-        raise GeohueError(f"views is {views!r}: expected 1 (left colours only) or 2 (both)")
-    depth = pair.depth
-    camera = pair.rig.left
-    second = pair.warp().colors if views == 2 else None
-    return LeftView(pair.left, camera.unproject(depth), depth, camera, second, pair.warnings)
 
 
 def _as_float(disparity: NDArray[np.floating[Any]]) -> NDArray[np.float32]:

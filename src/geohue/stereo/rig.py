@@ -188,8 +188,8 @@ class StereoRig:
         Returns
         -------
         left, right : uint8 arrays of the same size
-            The rectified images, zoomed such that no pixel lacks a source. As given where the
-            rig is rectified already.
+            The rectified images, zoomed such that hardly any pixel lacks a source; those that do
+            repeat the nearest. As given where the rig is rectified already.
         rig : StereoRig
             The rig of the rectified images.
 
@@ -212,7 +212,12 @@ class StereoRig:
             x, y = cv2.initUndistortRectifyMap(
                 camera_matrix(camera), _or_zeros(distortion), turn, P, (width, height), cv2.CV_32FC1
             )
-            views.append(np.asarray(cv2.remap(image, x, y, cv2.INTER_LINEAR), np.uint8))
+            views.append(
+                np.asarray(
+                    cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
+                    np.uint8,
+                )
+            )
         return views[0], views[1], self._rectified(P1, P2, width, height)
 
     def rectified(self, width: int, height: int) -> StereoRig:

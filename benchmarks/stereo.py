@@ -1,0 +1,279 @@
+"""Measure stereo pairs: matching, warping, and segmentation with one view, two views and fill.
+
+    python benchmarks/stereo.py [--seeds 3] [--k 4] [--scenes aloe,baby2] [--write docs/stereo.md]
+
+Prints the tables of docs/stereo.md; with --write it puts them between the marks in that file. The
+Middlebury pairs are looked for as the tests do (GEOHUE_DATA, or ../shared/data).
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+import geohue
+from geohue.evaluate import evaluate
+from geohue.io import read_color
+from geohue.io.disparity import read_disparity
+from geohue.io.stereo_calibration import read_stereo_calibration
+from geohue.stereo import StereoPair, StereoRig, view_agreement
+
+Labels = NDArray[np.int32]
+Disparity = NDArray[np.float32]
+
+# Full-size dmin of the third-size scenes, where it is known (SOURCE.txt of the data).
+_DMIN = {"Aloe": 270, "Baby1": 300, "Bowling1": 290, "Cloth1": 290, "Flowerpots": 251}
+_JUMP = 1.5  # px at a width of 430: a step of disparity that is an edge
+_BEGIN, _END = "<!-- table -->", "<!-- end of table -->"
+_STAGES = ("one view", "two views", "two views + fill")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Case:
+    """A pair with its ground truth."""
+
+    name: str
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    truth: Disparity
+    rig: StereoRig | None
+
+
+def cases(data: Path) -> Iterator[Case]:
+    """Yield every Middlebury pair there is."""
+    third = data / "middlebury2006_third"
+    for folder in sorted(path for path in third.iterdir() if path.is_dir()):
+        rig = _dmin_rig(_DMIN[folder.name]) if folder.name in _DMIN else None
+        yield _case(f"{folder.name} 1/3", folder, folder / "disp1.png", 1 / 3, rig)
+    half = data / "middlebury_half"
+    for name, truth in (("Aloe/Aloe", "Aloe/Aloe"), ("Baby/Baby1", "Baby/Baby")):
+        rig = read_stereo_calibration(half / name / "dmin.txt")
+        title = f"{name.split('/')[1]} 1/2"
+        yield _case(title, half / name, half / truth / "disp1.png", 1 / 2, rig)
+    samples = data / "opencv_samples"
+    left, right = (read_color(samples / f"aloe{side}.jpg") for side in "LR")
+    truth_full = read_disparity(samples / "aloeGT.png", 1).disparity
+    yield Case("Aloe 1/1", left, right, truth_full, _dmin_rig(270))
+    yield motorcycle()
+
+
+def motorcycle() -> Case:
+    """Return the Middlebury 2014 pair that scikit-image carries, with its calibration."""
+    from skimage.data import stereo_motorcycle
+
+    left, right, truth = stereo_motorcycle()
+    f, cx, cy = 994.978, 311.193, 254.877
+    camera = geohue.Intrinsics(f, f, cx, cy, left.shape[1], left.shape[0])
+    other = geohue.Intrinsics(f, f, cx + 31.086, cy, left.shape[1], left.shape[0])
+    known = np.where(np.isfinite(truth), truth, np.nan).astype(np.float32)
+    return Case("Motorcycle 1/4", left, right, known, StereoRig(camera, other, 0.193001))
+
+
+def _dmin_rig(dmin: float) -> StereoRig:
+    camera = geohue.Intrinsics(3740.0, 3740.0, 0.0, 0.0, None, 1110)
+    return StereoRig(camera, camera, 0.160, dmin, centre_known=False)
+
+
+def _case(name: str, folder: Path, truth: Path, scale: float, rig: StereoRig | None) -> Case:
+    left, right = (read_color(folder / f"view{n}.png") for n in (1, 5))
+    return Case(name, left, right, read_disparity(truth, scale).disparity, rig)
+
+
+# --- the figures ---------------------------------------------------------------------------------
+
+
+def matching_row(case: Case, matched: StereoPair, true: StereoPair) -> list[str]:
+    """Bad pixels and density of the matching, warping errors of both disparities."""
+    known = np.isfinite(case.truth)
+    both = known & np.isfinite(matched.disparity)
+    error = np.abs(matched.disparity - case.truth)[both]
+    ours, theirs = matched.warp(), true.warp()
+    height, width = case.truth.shape
+    return [
+        f"{case.name} ({width} x {height})",
+        f"{100 * (error > 1).mean():.1f}",
+        f"{100 * (error > 2).mean():.1f}",
+        f"{100 * both.sum() / known.sum():.1f}",
+        f"{ours.error:.1f}",
+        f"{theirs.error:.1f}",
+        f"{100 * theirs.occluded.mean():.1f}",
+    ]
+
+
+def disparity_regions(truth: Disparity) -> Labels:
+    """Return the smooth pieces of a disparity map from 1, 0 where it is unknown.
+
+    Neighbours belong together unless their disparities differ by a jump.
+    """
+    jump = _JUMP * truth.shape[1] / 430
+    index = np.arange(truth.size).reshape(truth.shape)
+    pairs = []
+    for a, b in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        with np.errstate(invalid="ignore"):
+            joined = np.abs(truth[a] - truth[b]) <= jump
+        pairs.append(np.stack([index[a][joined], index[b][joined]]))
+    rows, columns = np.concatenate(pairs, axis=1)
+    graph = sparse.coo_array((np.ones(rows.size), (rows, columns)), shape=(truth.size,) * 2)
+    pieces = connected_components(graph, directed=False)[1].reshape(truth.shape)
+    return np.where(np.isfinite(truth), pieces + 1, 0).astype(np.int32)
+
+
+def stages(pair: StereoPair, k: int, seed: int) -> list[Labels]:
+    """Return the labels of Fig. 11c, d and e."""
+    one, two = pair.scene(views=1), pair.scene(views=2)
+    return [
+        geohue.segment(scene, k=k, seed=seed, fill=fill).labels
+        for scene, fill in ((one, False), (two, False), (two, True))
+    ]
+
+
+def segmentation_rows(
+    case: Case, matched: StereoPair, true: StereoPair, k: int, seeds: int
+) -> tuple[list[str], list[str]]:
+    """Return the rows of agreement and of boundaries, means over the seeds."""
+    edges = disparity_regions(case.truth)
+    agreement: list[list[float]] = []
+    borders: list[list[float]] = []
+    views: list[float] = []
+    for seed in range(seeds):
+        labels = stages(matched, k, seed)
+        reference = stages(true, k, seed)
+        scores = [evaluate(found, reference[2], ignore=None) for found in labels]
+        agreement.append([s["voi_bits"] for s in scores] + [s["rand"] for s in scores])
+        against = [evaluate(found, edges, ignore=0) for found in (*labels, *reference)]
+        borders.append([s["boundary_f"] for s in against])
+        views.append(_both_views(matched, labels[1], k, seed))
+    mean = np.mean(agreement, axis=0)
+    first = [case.name, *(f"{value:.2f}" for value in mean), f"{100 * np.mean(views):.0f}"]
+    return first, [case.name, *(f"{value:.2f}" for value in np.mean(borders, axis=0))]
+
+
+def _both_views(pair: StereoPair, labels: Labels, k: int, seed: int) -> float:
+    mirrored = geohue.segment(pair.swapped().scene(), k=k, seed=seed, fill=False).labels
+    return view_agreement(labels, mirrored[:, ::-1], pair.disparity).share or 0.0
+
+
+def claims(case: Case, pair: StereoPair, k: int, seeds: int) -> list[list[str]]:
+    """Measure what Sec. VI-B says of the third-size aloe: leaf and vase, with one view and two.
+
+    A pixel of the leaf is right if it has the label of most of the plant, one of the vase's dark
+    side if it has the label of most of the vase's bright side.
+    """
+    near = np.nan_to_num(case.truth) > 27  # in front of the background, which ends at 25
+    parts = {"leaf": (np.s_[45:180, 290:340], np.s_[190:260, 200:290]),
+             "vase": (np.s_[285:345, 315:350], np.s_[285:345, 245:310])}  # fmt: skip
+    rows = []
+    for name, (part, core) in parts.items():
+        shares = []
+        for seed in range(seeds):
+            labels = stages(pair, k, seed)
+            shares.append([_share(found, near, part, core) for found in labels])
+        spread = np.array(shares)
+        cells = (
+            f"{100 * m:.0f} ± {100 * s:.0f}"
+            for m, s in zip(spread.mean(0), spread.std(0), strict=True)
+        )
+        rows.append([name, *cells])
+    return rows
+
+
+def _share(labels: Labels, near: NDArray[np.bool_], part: Any, core: Any) -> float:
+    inner = labels[core][near[core] & (labels[core] >= 0)]
+    if inner.size == 0:
+        return 0.0
+    own = np.bincount(inner).argmax()
+    return float((labels[part][near[part]] == own).mean())
+
+
+# --- the tables ----------------------------------------------------------------------------------
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """Return a Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def report(data: Path, k: int, seeds: int, wanted: set[str]) -> str:
+    """Return all tables as Markdown."""
+    matching, agreement, borders, said = [], [], [], []
+    for case in cases(data):
+        if wanted and not wanted & {case.name.lower(), case.name.split()[0].lower()}:
+            continue
+        print(case.name, file=sys.stderr, flush=True)
+        matched = StereoPair.prepare(case.left, case.right, case.rig)
+        true = StereoPair.prepare(case.left, case.right, case.rig, case.truth)
+        matching.append(matching_row(case, matched, true))
+        first, second = segmentation_rows(case, matched, true, k, seeds)
+        agreement.append(first)
+        borders.append(second)
+        if case.name == "Aloe 1/3":
+            said = claims(case, matched, k, 2 * seeds) + claims(case, true, k, 2 * seeds)
+            for row, source in zip(said, ("matched",) * 2 + ("true",) * 2, strict=True):
+                row[0] += f", {source} disparity"
+    for rows in (matching, agreement, borders):
+        means = np.mean([[float(cell) for cell in row[1:]] for row in rows], axis=0)
+        digits = 1 if rows is matching else 2
+        rows.append(["**mean**", *(f"{value:.{digits}f}" for value in means)])
+    head = (
+        f"`python benchmarks/stereo.py --k {k} --seeds {seeds}` with geohue "
+        f"{geohue.__version__}, OpenCV {cv2.__version__}, NumPy {np.__version__}, "
+        f"Python {platform.python_version()}.\n"
+    )
+    parts = [
+        head,
+        "Matching:\n",
+        table(["pair", "bad > 1 px, %", "bad > 2 px, %", "density, %", "warping error, matched",
+               "warping error, true", "occluded, %"], matching),
+        "\nAgreement of the segmentation from the matched disparity with that from the true one "
+        "(two views + fill):\n",
+        table(["pair", *(f"VoI, {s}" for s in _STAGES), *(f"Rand, {s}" for s in _STAGES),
+               "both views agree, %"], agreement),
+        "\nBoundary F against the edges of the true disparity:\n",
+        table(["pair", *(f"{s}, matched" for s in _STAGES), *(f"{s}, true" for s in _STAGES)],
+              borders),
+    ]  # fmt: skip
+    if said:
+        parts += [
+            "\nAloe, third size, share of the pixels with the right label, % (mean and deviation "
+            f"over {2 * seeds} seeds):\n",
+            table(["part", *_STAGES], said),
+        ]
+    return "\n".join(parts)
+
+
+def main() -> None:
+    """Run the benchmark."""
+    parser = argparse.ArgumentParser(description="Measure stereo matching and segmentation.")
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--k", type=int, default=4)
+    parser.add_argument("--scenes", default="")
+    parser.add_argument("--write", type=Path)
+    options = parser.parse_args()
+    default = Path(__file__).parents[2] / "shared" / "data"
+    data = Path(os.environ.get("GEOHUE_DATA", default))
+    wanted = {name.strip().lower() for name in options.scenes.split(",") if name.strip()}
+    text = report(data, options.k, options.seeds, wanted)
+    print(text)
+    if options.write is not None:
+        page = options.write.read_text(encoding="utf-8")
+        before, rest = page.split(_BEGIN, 1)
+        after = rest.split(_END, 1)[1]
+        new = f"{before}{_BEGIN}\n\n{text}\n\n{_END}{after}"
+        options.write.write_text(new, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
