@@ -24,11 +24,14 @@ STAGES = {
 
 @contextmanager
 def stage_bar() -> Iterator[Any]:
-    """Show a progress bar on standard error; yields the callable that `segment` takes."""
+    """Show a progress bar on a terminal's standard error; yields what `segment` calls."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda _: None
+        return
     columns = (TextColumn("{task.description:32}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("starting", total=len(STAGES))

@@ -1,0 +1,273 @@
+"""The command line: its contract, and one line for every mistake."""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geohue import Scene
+from geohue.cli.app import run
+from geohue.io import read_ply, write_ply
+
+CONTRACT_KEYS = {
+    "k",
+    "weight",
+    "quality",
+    "weight_curve",
+    "method",
+    "preset",
+    "seed",
+    "timings_s",
+    "n_points",
+    "n_labelled",
+    "warnings",
+    "version",
+}
+
+
+@pytest.fixture
+def frame(tmp_path: Path, three_boxes: tuple[Scene, NDArray[np.int32]]) -> tuple[str, str]:
+    """A frame on disk, with a hole in its depth."""
+    scene, _ = three_boxes
+    assert scene.depth is not None
+    depth = np.nan_to_num(scene.depth * 1000).round().astype(np.uint16)
+    depth[10:20, 20:40] = 0
+    color_file, depth_file = tmp_path / "rgb.png", tmp_path / "depth.png"
+    cv2.imwrite(str(color_file), scene.colors[..., ::-1])
+    cv2.imwrite(str(depth_file), depth)
+    return str(color_file), str(depth_file)
+
+
+@pytest.fixture
+def cloud(tmp_path: Path) -> str:
+    """Two groups of points as a PLY file."""
+    rng = np.random.default_rng(0)
+    group = np.arange(600) % 2
+    points = rng.normal(0, 0.2, (600, 3)) + group[:, None] * [3, 0, 0]
+    colors = np.array([[200, 30, 30], [30, 30, 200]], np.uint8)[group]
+    file = tmp_path / "cloud.ply"
+    write_ply(file, points, colors, group)
+    return str(file)
+
+
+class TestSegment:
+    def test_a_frame_gives_all_files_of_the_contract(
+        self, frame: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        out = tmp_path / "new" / "out"
+        assert run(["segment", *frame, "-k", "3", "-o", str(out), "--json"]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        assert printed == json.loads((out / "result.json").read_text())
+        assert set(printed) >= CONTRACT_KEYS
+        assert printed["k"] == 3
+        assert printed["n_labelled"] == printed["n_points"] == 60 * 90
+        assert {"features", "weight", "cut", "fill", "total"} <= set(printed["timings_s"])
+        labels = cv2.imread(str(out / "labels.png"), cv2.IMREAD_UNCHANGED)
+        assert labels.dtype == np.uint16
+        assert np.unique(labels).tolist() == [1, 2, 3]
+        made = sorted(file.name for file in out.iterdir())
+        assert made == [
+            "labels.png",
+            "overlay.png",
+            "result.json",
+            "segmented.ply",
+            "weight_curve.png",
+        ]
+        ply = read_ply(out / "segmented.ply")
+        assert ply.labels is not None
+        assert len(ply.points) == 60 * 90 - 200
+        header = (out / "segmented.ply").read_bytes().split(b"end_header")[0].decode()
+        wanted = ["format binary_little_endian", *(f"property float {a}" for a in "xyz")]
+        wanted += ["property int label", "property float scalar_label"]
+        assert all(line in header for line in wanted)
+
+    def test_a_cloud_gives_labels_in_its_order(self, cloud: str, tmp_path: Path) -> None:
+        out = tmp_path / "out"
+        assert run(["segment", cloud, "-k", "2", "-o", str(out)]) == 0
+        labels = np.load(out / "labels.npy")
+        assert labels.dtype == np.int32
+        assert set(labels[::2]) != set(labels[1::2])
+        assert not (out / "labels.png").exists()
+
+    def test_options_reach_the_library(
+        self, frame: tuple[str, str], capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        options = [
+            "-k",
+            "2",
+            "--lambda",
+            "0.5",
+            "--preset",
+            "fast",
+            "--seed",
+            "3",
+            "--no-fill",
+            "--threads",
+            "1",
+            "--json",
+        ]
+        assert run(["segment", *frame, *options, "--intrinsics", "80,80,45,30"]) == 0
+        result = json.loads(capsys.readouterr().out)
+        assert (result["weight"], result["preset"], result["seed"]) == (0.5, "fast", 3)
+        assert result["n_labelled"] == result["n_points"] - 200
+        assert result["warnings"] == []
+        assert result["weight_curve"] == []
+
+    def test_single_cues_have_no_weight(
+        self, frame: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        assert run(["segment", frame[0], "-k", "2", "--cues", "color", "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["weight"] == 0
+        out = str(tmp_path / "g")
+        assert run(["segment", *frame, "-k", "2", "--cues", "geometry", "-o", out, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["weight"] is None
+
+    def test_scale_of_the_depth(
+        self, frame: tuple[str, str], capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        assert run(["info", *frame, "--depth-scale", "0.01", "--json"]) == 0
+        facts = json.loads(capsys.readouterr().out)
+        assert 9 < facts["median_depth_m"] < 19
+
+    def test_without_a_terminal_standard_error_has_warnings_only(
+        self, frame: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        assert run(["segment", *frame, "-k", "3", "-o", str(tmp_path / "o")]) == 0
+        lines = capsys.readouterr().err.splitlines()
+        assert len(lines) == 1
+        assert lines[0].startswith("geohue: warning: no intrinsics given")
+
+
+class TestInfo:
+    def test_frame(self, frame: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["info", *frame]) == 0
+        text = capsys.readouterr().out
+        assert "RGB-D frame" in text
+        assert "90  60" in text
+        assert "5200" in text
+
+    def test_cloud(self, cloud: str, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["info", cloud, "--json"]) == 0
+        facts = json.loads(capsys.readouterr().out)
+        assert (facts["kind"], facts["n_points"]) == ("cloud", 600)
+
+
+class TestEvaluate:
+    def test_json_keys(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        truth = np.repeat([1, 2], 8).reshape(4, 4).astype(np.uint16)
+        for name, labels in (("gt", truth), ("pred", 3 - truth)):
+            cv2.imwrite(str(tmp_path / f"{name}.png"), labels)
+        assert (
+            run(["evaluate", *(str(tmp_path / f"{n}.png") for n in ("pred", "gt")), "--json"]) == 0
+        )
+        scores = json.loads(capsys.readouterr().out)
+        assert (scores["voi_bits"], scores["rand"], scores["covering"]) == (0, 1, 1)
+
+
+def line_of(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """Run a command that must fail; returns its one line."""
+    assert run(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1, captured.err
+    assert lines[0].startswith("geohue: error: ")
+    return lines[0]
+
+
+class TestMistakes:
+    @pytest.mark.parametrize(
+        ("options", "message"),
+        [
+            (["-k", "0"], "k is 0"),
+            (["-k", "256"], "1 to 255"),
+            (["-k", "few"], '-k few: expected "auto" or a whole number'),
+            (["--lambda", "-1"], "weight is -1"),
+            (["--lambda", "x"], '--lambda x: expected "auto" or a number'),
+            (["--cues", "depth"], "fusion, color, geometry"),
+            (["--preset", "ultra"], "paper, fast, best"),
+            (["--method", "magic"], "method 'magic'"),
+            (["--intrinsics", "1,2,3"], "1,2,3"),
+            (["--depth-scale", "0"], "depth scale 0"),
+            (["--threads", "0"], "threads is 0"),
+            (["--wrong"], "--wrong"),
+        ],
+    )
+    def test_options(
+        self,
+        options: list[str],
+        message: str,
+        frame: tuple[str, str],
+        tmp_path: Path,
+        capsys: pytest.CaptureFixture[str],
+    ) -> None:
+        out = tmp_path / "out"
+        assert message in line_of(["segment", *frame, *options, "-o", str(out)], capsys)
+        assert not out.exists()
+
+    def test_files(
+        self, frame: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        color, depth = frame
+        small = tmp_path / "small.png"
+        cv2.imwrite(str(small), np.ones((5, 5), np.uint16))
+        cut = tmp_path / "cut.png"
+        cut.write_bytes(Path(depth).read_bytes()[:300])
+        empty = tmp_path / "empty.png"
+        cv2.imwrite(str(empty), np.zeros((60, 90), np.uint16))
+        out = ["-o", str(tmp_path / "out")]
+        for arguments, message in (
+            ([color, str(tmp_path / "none.png")], "none.png: no such file"),
+            ([str(tmp_path), depth], "is a folder"),
+            ([color, color], "one channel"),
+            ([color, str(small)], "differs in size"),
+            ([color, str(cut)], "cut.png"),
+            ([color, str(empty)], "all depth is missing"),
+            ([color], "all depth is missing"),
+            ([], "nothing to segment"),
+            (["--sample", "car"], "motorcycle"),
+            ([color, "--sample", "motorcycle"], "choose one"),
+        ):
+            assert message in line_of(["segment", *arguments, *out], capsys)
+        assert not (tmp_path / "out").exists()
+
+    def test_clouds(
+        self, cloud: str, frame: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        bare = tmp_path / "bare.ply"
+        header = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n"
+        header += "".join(f"property float {axis}\n" for axis in "xyz") + "end_header\n"
+        bare.write_bytes(header.encode() + struct.pack("<3f", 0, 0, 0))
+        cut = tmp_path / "cut.ply"
+        cut.write_bytes(Path(cloud).read_bytes()[:-40])
+        pcd = tmp_path / "cut.pcd"
+        pcd.write_text("VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\n")
+        for arguments, message in (
+            ([str(bare)], "has no colours"),
+            ([str(cut)], "cut.ply"),
+            ([str(pcd)], "cut.pcd"),
+            ([cloud, frame[1]], "own geometry"),
+            ([frame[0], cloud], "give it alone"),
+            ([cloud, "-k", "255", "--components"], "cloud without"),
+        ):
+            assert message in line_of(["segment", *arguments], capsys)
+
+    def test_a_folder_that_cannot_be_made(
+        self, frame: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        (tmp_path / "file").write_text("here")
+        blocked = str(tmp_path / "file" / "out")
+        assert "cannot be written" in line_of(["segment", *frame, "-k", "2", "-o", blocked], capsys)
+
+    def test_no_command_and_version(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["--version"]) == 0
+        assert capsys.readouterr().out.startswith("geohue ")
+        assert run(["--help"]) == 0
+        assert "segment" in capsys.readouterr().out
+        assert "fly" in line_of(["fly"], capsys)
