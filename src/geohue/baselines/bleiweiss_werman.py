@@ -9,9 +9,9 @@ builds on (`regions`), without edges.
 
 Parameters
 ----------
-RADIUS, RANGE and DEPTH_RANGE are set by hand, once for all scenes, as in the original: the
-spatial and range bandwidths of Comaniciu and Meer's examples on images of this size (16, and
-about 8 to 16 Luv units); depth in shares of its deviation.
+RADIUS, RANGE and DEPTH_RANGE are weights set by hand, once for all scenes, as the method has it:
+16 pixels and 16 Luv units are among the bandwidths of Comaniciu and Meer's examples; the depth
+has a bandwidth in shares of its deviation, so that it means the same in any unit.
 
 Unclear: the original's weights of the depth confidence, its bandwidths and its unit of depth could
 not be read; the paper, too, says only that the method was "implemented following the
@@ -37,7 +37,7 @@ from geohue.parallel import Workers
 RADIUS = 16.0
 """h_s, pixels."""
 
-RANGE = 10.0
+RANGE = 16.0
 """h_r, Luv units."""
 
 DEPTH_RANGE = 0.4

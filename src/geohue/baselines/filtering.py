@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.baselines.kernels import compiled
+from geohue.baselines.kernels import compiled, vectorised
 from geohue.parallel import Workers
 
 MOST_STEPS = 100
@@ -61,12 +61,14 @@ def shift_filter(
         The three values, the depth and its confidence where each pixel ends.
     """
     height, width = depth.shape
-    joint = np.concatenate([values, depth[..., None], confidence[..., None]], axis=2)
-    joint = np.ascontiguousarray(joint, np.float32)
+    planes = tuple(
+        np.ascontiguousarray(plane, np.float32)
+        for plane in (*np.moveaxis(values, 2, 0), depth, confidence, weight)
+    )
     modes = np.empty((height, width, 5), np.float32)
 
     def work(rows: slice) -> None:
-        _shift_rows(joint, weight, radius, rows.start, rows.stop, modes)
+        _shift_rows(planes, radius, rows.start, rows.stop, modes)
 
     for _ in team.map_blocks(work, height, ROWS):
         pass
@@ -75,8 +77,7 @@ def shift_filter(
 
 @compiled
 def _shift_rows(
-    joint: NDArray[np.float32],
-    weight: NDArray[np.float32],
+    planes: tuple[NDArray[np.float32], ...],
     radius: float,
     start: int,
     stop: int,
@@ -84,12 +85,12 @@ def _shift_rows(
 ) -> None:
     point = np.empty(7, np.float64)  # y, x, three values, depth, confidence
     for row in range(start, stop):
-        for column in range(joint.shape[1]):
+        for column in range(modes.shape[1]):
             point[0], point[1] = row, column
             for c in range(5):
-                point[2 + c] = joint[row, column, c]
+                point[2 + c] = planes[c][row, column]
             for _ in range(MOST_STEPS):
-                if _move(point, joint, weight, radius) < STILL * STILL:
+                if _move(point, planes, radius) < STILL * STILL:
                     break
             for c in range(5):
                 modes[row, column, c] = point[2 + c]
@@ -97,37 +98,69 @@ def _shift_rows(
 
 @compiled
 def _move(
-    point: NDArray[np.float64],
-    joint: NDArray[np.float32],
-    weight: NDArray[np.float32],
-    radius: float,
+    point: NDArray[np.float64], planes: tuple[NDArray[np.float32], ...], radius: float
 ) -> float:
     """Move a point to the mean around it, in place; return the squared length of the move."""
-    y, x, p0, p1, p2, pd, pc = point
-    s = sy = sx = s0 = s1 = s2 = sd = sc = 0.0
-    for i in range(max(0, int(np.ceil(y - radius))), min(joint.shape[0] - 1, int(y + radius)) + 1):
+    height, width = planes[0].shape
+    y, x = point[0], point[1]
+    here = point.astype(np.float32)
+    sums = np.zeros(8, np.float64)
+    for i in range(max(0, int(np.ceil(y - radius))), min(height - 1, int(y + radius)) + 1):
         reach = np.sqrt(max(radius * radius - (i - y) ** 2, 0.0))
-        first = max(0, int(np.ceil(x - reach)))
-        last = min(joint.shape[1] - 1, int(x + reach))
-        for j in range(first, last + 1):
-            e0, e1, e2 = joint[i, j, 0] - p0, joint[i, j, 1] - p1, joint[i, j, 2] - p2
-            c = joint[i, j, 4]
-            ed = joint[i, j, 3] - pd
-            if e0 * e0 + e1 * e1 + e2 * e2 + pc * c * ed * ed <= 1.0:
-                w = weight[i, j]
-                s += w
-                sy += w * i
-                sx += w * j
-                s0 += w * e0
-                s1 += w * e1
-                s2 += w * e2
-                sd += w * c * ed
-                sc += w * c
-    if s <= 0.0:
+        first, last = max(0, int(np.ceil(x - reach))), min(width - 1, int(x + reach))
+        _add_row(planes, here, i, first, last + 1, sums)
+    total, confident = sums[0], sums[7]
+    if total <= 0.0:
         return 0.0
-    depth_step = sd / sc if sc > 0.0 else 0.0
-    point[0], point[1] = sy / s, sx / s
-    point[2], point[3], point[4] = p0 + s0 / s, p1 + s1 / s, p2 + s2 / s
-    point[5], point[6] = pd + depth_step, sc / s
-    moved = ((sy / s - y) ** 2 + (sx / s - x) ** 2) / (radius * radius)
-    return float(moved + (s0 * s0 + s1 * s1 + s2 * s2) / (s * s) + pc * depth_step * depth_step)
+    depth_step = sums[6] / confident if confident > 0.0 else 0.0
+    point[0], point[1] = sums[1] / total, sums[2] / total
+    moved = ((point[0] - y) ** 2 + (point[1] - x) ** 2) / (radius * radius)
+    moved += point[6] * depth_step * depth_step
+    for c in range(3):
+        step = sums[3 + c] / total
+        point[2 + c] += step
+        moved += step * step
+    point[5] += depth_step
+    point[6] = confident / total
+    return float(moved)
+
+
+@vectorised
+def _add_row(
+    planes: tuple[NDArray[np.float32], ...],
+    here: NDArray[np.float32],
+    row: int,
+    first: int,
+    stop: int,
+    sums: NDArray[np.float64],
+) -> None:
+    """Add the pixels of one image row that are like the point: weight, y, x, values, depth, c."""
+    p0, p1, p2, pd, pc = here[2], here[3], here[4], here[5], here[6]
+    v0, v1, v2 = planes[0][row, first:stop], planes[1][row, first:stop], planes[2][row, first:stop]
+    vd, vc, weight = (
+        planes[3][row, first:stop],
+        planes[4][row, first:stop],
+        planes[5][row, first:stop],
+    )
+    zero = np.float32(0)
+    s = sx = s0 = s1 = s2 = sd = sc = zero
+    for j in range(stop - first):
+        e0, e1, e2, ed, c = v0[j] - p0, v1[j] - p1, v2[j] - p2, vd[j] - pd, vc[j]
+        own = weight[j]
+        near = e0 * e0 + e1 * e1 + e2 * e2 + pc * c * ed * ed <= np.float32(1)
+        w = own if near else zero
+        s += w
+        sx += w * np.float32(j)
+        s0 += w * e0
+        s1 += w * e1
+        s2 += w * e2
+        sd += w * c * ed
+        sc += w * c
+    sums[0] += s
+    sums[1] += np.float64(s) * row
+    sums[2] += np.float64(sx) + np.float64(s) * first
+    sums[3] += s0
+    sums[4] += s1
+    sums[5] += s2
+    sums[6] += sd
+    sums[7] += sc

@@ -17,6 +17,14 @@ def compiled(function: _F) -> _F:
     return cast(_F, njit(cache=True, nogil=True)(function))
 
 
+def vectorised(function: _F) -> _F:
+    """Compile with sums in any order, so that several pixels are taken at once.
+
+    The order is fixed when it is compiled: it depends on the processor, never on the threads.
+    """
+    return cast(_F, njit(cache=True, nogil=True, fastmath={"reassoc", "nsz"})(function))
+
+
 @compiled
 def find_root(parent: NDArray[np.int32], node: int) -> int:
     """Return the representative of a node's set, halving the path to it."""
@@ -28,7 +36,7 @@ def find_root(parent: NDArray[np.int32], node: int) -> int:
 
 @compiled
 def join_roots(parent: NDArray[np.int32], one: int, other: int) -> int:
-    """Join two sets by their representatives; the lower one stays the representative."""
+    """Join two sets by their representatives, maybe the same; the lower one represents them."""
     low, high = min(one, other), max(one, other)
     parent[high] = low
     return low

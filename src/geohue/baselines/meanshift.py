@@ -69,7 +69,7 @@ def find_modes(
     if bandwidth is None:
         bandwidth = float(estimate_bandwidth(points, quantile=quantile, n_jobs=1))
     if bandwidth <= 0:  # most points coincide: nothing to tell apart
-        return points.mean(axis=0, keepdims=True)
+        return np.array([points.mean(axis=0)], np.float64)
     shift = MeanShift(bandwidth=bandwidth, bin_seeding=True, n_jobs=1).fit(points)
     centers: NDArray[np.float64] = np.asarray(shift.cluster_centers_, np.float64)
     return centers

@@ -183,21 +183,24 @@ def connect(modes: NDArray[np.float32], mask: NDArray[np.bool_], same: float) ->
     for y in range(height):
         for x in range(width):
             for v, u in ((y, x + 1), (y + 1, x - 1), (y + 1, x), (y + 1, x + 1)):
-                if v >= height or u < 0 or u >= width or not (mask[y, x] and mask[v, u]):
-                    continue
-                if _are_alike(modes, y, x, v, u, same):
+                inside = v < height and u >= 0 and u < width
+                if inside and mask[y, x] and mask[v, u] and _are_alike(modes, y, x, v, u, same):
                     one, other = find_root(parent, y * width + x), find_root(parent, v * width + u)
-                    if one != other:
-                        join_roots(parent, one, other)
-    labels = np.full((height, width), -1, np.int32)
+                    join_roots(parent, one, other)
+    return _numbered(flatten(parent), mask)
+
+
+@compiled
+def _numbered(sets: NDArray[np.int32], mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Number the sets of the pixels of the mask 0..R-1 in their order; -1 elsewhere."""
+    labels = np.full(mask.shape, -1, np.int32)
+    seen = np.full(len(sets), -1, np.int32)
     count = 0
-    for y in range(height):
-        for x in range(width):
-            if mask[y, x]:
-                root = find_root(parent, y * width + x)
-                if root == y * width + x:
-                    labels[y, x] = count
-                    count += 1
-                else:
-                    labels[y, x] = labels[root // width, root % width]
+    for p in range(len(sets)):
+        y, x = p // mask.shape[1], p % mask.shape[1]
+        if mask[y, x]:
+            if seen[sets[p]] < 0:
+                seen[sets[p]] = count
+                count += 1
+            labels[y, x] = seen[sets[p]]
     return labels
