@@ -253,27 +253,28 @@ def _take_from_nearest(
     y, x, piece, squared = y[closest], x[closest], piece[closest], squared[closest]
     for distance in np.unique(squared):
         at = squared == distance
-        for dy, dx in _offsets_at(int(distance)):
-            to_y, to_x = y[at] + dy, x[at] + dx
-            inside = (to_y >= 0) & (to_y < source.shape[0]) & (to_x >= 0) & (to_x < source.shape[1])
-            to_y, to_x, voter = to_y[inside], to_x[inside], piece[at][inside]
-            hit = source[to_y, to_x]
-            voters.append(voter[hit])
-            choices.append(label_of[pieces[to_y[hit], to_x[hit]]])
+        dy, dx = _offsets_at(int(distance))
+        to_y, to_x = y[at, None] + dy, x[at, None] + dx
+        inside = (to_y >= 0) & (to_y < source.shape[0]) & (to_x >= 0) & (to_x < source.shape[1])
+        voter = np.broadcast_to(piece[at, None], inside.shape)[inside]
+        to_y, to_x = to_y[inside], to_x[inside]
+        hit = source[to_y, to_x]
+        voters.append(voter[hit])
+        choices.append(label_of[pieces[to_y[hit], to_x[hit]]])
     islands, voter = np.unique(np.concatenate(voters), return_inverse=True)
     choice = np.concatenate(choices)
     label_of[islands] = _modes(voter, choice, np.ones_like(voter))
 
 
-def _offsets_at(squared: int) -> list[tuple[int, int]]:
-    """Return the whole (dy, dx) with dy^2 + dx^2 = squared."""
+def _offsets_at(squared: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the whole dy and dx with dy^2 + dx^2 = squared."""
     reach = isqrt(squared)
-    offsets = set()
-    for dy in range(-reach, reach + 1):
-        dx = isqrt(squared - dy * dy)
-        if dx * dx == squared - dy * dy:
-            offsets |= {(dy, dx), (dy, -dx)}
-    return sorted(offsets)
+    dy = np.arange(-reach, reach + 1, dtype=np.int64)
+    dx = np.rint(np.sqrt(squared - dy * dy)).astype(np.int64)
+    exact = dy * dy + dx * dx == squared
+    dy, dx = dy[exact], dx[exact]
+    other_side = dx > 0
+    return np.concatenate((dy, dy[other_side])), np.concatenate((dx, -dx[other_side]))
 
 
 def _modes(
