@@ -8,6 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from geohue.cli.benchmark import benchmark
 from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
 from geohue.cli.segment import segment
@@ -20,7 +21,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, evaluate, info):
+for command in (segment, evaluate, benchmark, info):
     app.command()(command)
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
-from geohue.errors import GeohueError
 from geohue.evaluate.boundary import (
     boundary_displacement_error,
     boundary_distances,
@@ -21,6 +19,7 @@ from geohue.evaluate.contingency import (
     checked_labels,
     contingency_table,
 )
+from geohue.evaluate.crop import Crop, window
 from geohue.evaluate.partition import (
     achievable_segmentation_accuracy,
     adjusted_rand_index,
@@ -50,8 +49,6 @@ __all__ = [
     "undersegmentation_error",
     "variation_of_information",
 ]
-
-Crop: TypeAlias = tuple[int, int, int, int]
 
 
 def evaluate(
@@ -103,8 +100,8 @@ def evaluate(
     """
     pred, gt = checked_labels(pred, gt)
     if crop is not None:
-        window = _window(crop, gt.shape)
-        pred, gt = pred[window], gt[window]
+        part = window(crop, gt.shape)
+        pred, gt = pred[part], gt[part]
     table = contingency_table(pred, gt, ignore)
     scores = _region_scores(table)
     if gt.ndim == 2:
@@ -141,14 +138,3 @@ def _boundary_scores(
         "boundary_f": scores.f,
         "boundary_displacement": displacement_of(distances),
     }
-
-
-def _window(crop: Crop, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return the crop as slices, or refuse one that does not fit."""
-    top, bottom, left, right = crop
-    if len(shape) != 2 or not (0 <= top < bottom <= shape[0] and 0 <= left < right <= shape[1]):
-        raise GeohueError(
-            f"crop {tuple(crop)} does not fit labels of shape {shape}: give "
-            "(top, bottom, left, right) inside an (H, W) label map, ends excluded"
-        )
-    return slice(top, bottom), slice(left, right)

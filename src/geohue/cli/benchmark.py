@@ -1,0 +1,139 @@
+"""``geohue benchmark``: methods over a folder of labelled frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from geohue.cli.console import whole_or_auto
+from geohue.errors import GeohueError
+
+if TYPE_CHECKING:
+    from geohue.evaluate.trials import Trial
+
+
+def benchmark(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Frames: rgb, depth, labels, intrinsics.")
+    ],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Where results go.")],
+    methods: Annotated[
+        str, typer.Option(help="Methods, with commas between; all for every one.")
+    ] = "nncsc",
+    cues: Annotated[str, typer.Option(help="fusion, color, geometry, or all.")] = "fusion",
+    presets: Annotated[str, typer.Option(help="paper, fast, best, or all.")] = "paper",
+    k: Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")] = "auto",
+    components: Annotated[
+        bool, typer.Option("--components", help="Each connected piece is a region.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Source of chance.")] = 0,
+    protocol: Annotated[
+        str | None, typer.Option(help="nyu: the valid crop of NYU Depth V2.")
+    ] = None,
+    crop: Annotated[
+        str | None,
+        typer.Option(metavar="TOP,BOTTOM,LEFT,RIGHT", help="Use this part of each frame."),
+    ] = None,
+    limit: Annotated[
+        int | None, typer.Option(help="Only so many frames, spread evenly over all.")
+    ] = None,
+    processes: Annotated[int, typer.Option(help="Processes, each with one thread.")] = 1,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False,
+    plots: Annotated[bool, typer.Option(help="Draw plots and pictures.")] = True,
+) -> None:
+    """Measure methods on a folder of labelled frames.
+
+    Writes frames.csv (a row a frame), summary.md, the labels and plots to DIR. A run that was
+    killed goes on with --resume.
+    """
+    wanted_k = whole_or_auto(k, "-k")
+    window = _crop(protocol, crop)
+    if processes < 1:
+        raise GeohueError(f"--processes {processes}: expected at least 1")
+    from geohue.evaluate.benchmark import benchmark as run
+    from geohue.evaluate.frames import find_frames
+    from geohue.evaluate.summary import summarise, table
+    from geohue.evaluate.trials import Conditions
+    from geohue.io.atomic import atomic_write
+
+    trials = _plan(methods, cues, presets)
+    with _counter() as count:
+        rows = run(
+            folder,
+            out,
+            trials,
+            Conditions(wanted_k, components, seed),
+            crop=window,
+            limit=limit,
+            processes=processes,
+            resume=resume,
+            progress=count,
+        )
+    text = table(summarise(rows))
+    with atomic_write(out / "summary.md") as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    if plots:
+        from geohue.evaluate.plots import draw_run
+
+        draw_run(out, rows, find_frames(folder, limit), window)
+    typer.echo(text, nl=False)
+
+
+def _plan(methods: str, cues: str, presets: str) -> list[Trial]:
+    from geohue.baselines import BASELINES
+    from geohue.evaluate.trials import OWN, plan
+    from geohue.features import CUES
+    from geohue.presets import PRESETS
+
+    return plan(
+        _names(methods, (OWN, *BASELINES)), _names(cues, CUES), _names(presets, tuple(PRESETS))
+    )
+
+
+def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
+    if text == "all":
+        return known
+    return tuple(name for part in text.split(",") if (name := part.strip()))
+
+
+def _crop(protocol: str | None, crop: str | None) -> tuple[int, int, int, int] | None:
+    from geohue.evaluate.crop import PROTOCOLS
+
+    if protocol is not None and crop is not None:
+        raise GeohueError("--protocol and --crop both name a part of the frame: give one")
+    if protocol is not None:
+        if protocol not in PROTOCOLS:
+            raise GeohueError(f"--protocol {protocol}: choose one of {', '.join(PROTOCOLS)}")
+        return PROTOCOLS[protocol]
+    if crop is None:
+        return None
+    try:
+        top, bottom, left, right = (int(part) for part in crop.split(","))
+    except ValueError:
+        raise GeohueError(
+            f"--crop {crop}: expected four whole numbers TOP,BOTTOM,LEFT,RIGHT"
+        ) from None
+    return top, bottom, left, right
+
+
+@contextmanager
+def _counter() -> Iterator[Callable[[int, int, str], None]]:
+    """Show a progress bar on standard error, and every failure as a line above it."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), "{task.description}")
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("starting", total=None)
+
+        def advance(done: int, total: int, text: str) -> None:
+            name, _, error = text.partition(": ")
+            bar.update(task, completed=done, total=total, description=name)
+            if error:
+                bar.console.print(f"geohue: warning: {text}", markup=False, highlight=False)
+
+        yield advance

@@ -1,0 +1,189 @@
+"""The benchmark: many frames through many methods, resumable, one failure at a time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue._version import __version__
+from geohue.errors import GeohueError
+from geohue.evaluate.crop import Crop
+from geohue.evaluate.frames import Frame, find_frames, load_frame
+from geohue.evaluate.ledger import Ledger, Row
+from geohue.evaluate.machine import describe_machine
+from geohue.evaluate.pool import run_jobs
+from geohue.evaluate.trials import Conditions, Trial, answer, scores
+from geohue.io.atomic import atomic_write
+from geohue.io.files import read_bytes
+from geohue.io.images import write_png
+from geohue.scene import Scene
+
+TABLE = "frames.csv"
+SETTINGS = "run.json"
+LABELS = "labels"
+
+KEYS = ("frame", "method", "cues", "preset")
+MEASURES = (
+    "k",
+    "weight",
+    "quality",
+    "labelled",
+    "voi_bits",
+    "voi_nats",
+    "over_bits",
+    "under_bits",
+    "rand",
+    "adjusted_rand",
+    "covering",
+    "undersegmentation_error",
+    "boundary_precision",
+    "boundary_recall",
+    "boundary_f",
+    "boundary_displacement",
+    "n_pred",
+    "n_gt",
+    "n_pixels",
+    "seconds",
+)
+FIELDS = (*KEYS, *MEASURES, "error")
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One frame for one trial."""
+
+    frame: Frame
+    trial: Trial
+    conditions: Conditions
+    crop: Crop | None
+    out: Path
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """The name of its row."""
+        return (self.frame.name, self.trial.method, self.trial.cues, self.trial.preset)
+
+    @property
+    def labels_file(self) -> Path:
+        """Where its labels go."""
+        return self.out / LABELS / self.trial.name / f"{self.frame.name}.png"
+
+
+@lru_cache(maxsize=1)
+def _loaded(frame: Frame, crop: Crop | None) -> tuple[Scene, NDArray[np.int32]]:
+    return load_frame(frame, crop)
+
+
+def run_cell(cell: Cell) -> dict[str, Any]:
+    """Segment a frame, write its labels, and return its scores."""
+    scene, truth = _loaded(cell.frame, cell.crop)
+    given = answer(cell.trial, scene, cell.conditions)
+    write_png(cell.labels_file, (given.labels + 1).astype(np.uint16))
+    return scores(given, truth)
+
+
+def benchmark(
+    folder: str | Path,
+    out: str | Path,
+    trials: Sequence[Trial],
+    conditions: Conditions | None = None,
+    *,
+    crop: Crop | None = None,
+    limit: int | None = None,
+    processes: int = 1,
+    resume: bool = False,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> list[Row]:
+    """Run every trial on every frame of a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Frames (`find_frames`).
+    out : str or Path
+        Receives ``frames.csv``, a row a frame and trial; ``labels/``, and ``run.json``: the
+        settings, the version and the machine.
+    trials : sequence of Trial
+        See `plan`.
+    conditions : Conditions, optional
+    crop : (top, bottom, left, right), optional
+        The part of each frame to use (`load_frame`).
+    limit : int, optional
+        Use only so many frames, spread evenly over all.
+    processes : int
+        How many work at a time, each with one thread.
+    resume : bool
+        Go on with what is in `out`: rows that are there are kept, failures tried once more.
+    progress : callable, optional
+        Called with the number of cells done, their number in all, and a line about the last.
+
+    Returns
+    -------
+    list of dict of str to str
+        The rows of ``frames.csv``, frame by frame; ``error`` is not empty where a trial failed.
+
+    Raises
+    ------
+    GeohueError
+        If there are no frames, `out` has a run and `resume` is not set, or that run had other
+        settings.
+    """
+    target = Path(out)
+    frames = find_frames(folder, limit)
+    settings = _settings(conditions or Conditions(), crop)
+    _open_run(target, settings, resume)
+    cells = [
+        Cell(frame, trial, conditions or Conditions(), crop, target)
+        for frame in frames
+        for trial in trials
+    ]
+    ledger = Ledger(target / TABLE, FIELDS, KEYS)
+    done = {key for key, row in ledger.rows().items() if not row["error"]}
+    todo = [cell for cell in cells if cell.key not in done]
+    for count, outcome in enumerate(
+        run_jobs(run_cell, todo, processes), start=len(cells) - len(todo) + 1
+    ):
+        named = dict(zip(KEYS, outcome.job.key, strict=True))
+        ledger.append(named | (outcome.result or {}) | {"error": outcome.error or ""})
+        if progress is not None:
+            text = " ".join(part for part in outcome.job.key if part != "-")
+            progress(count, len(cells), f"{text}: {outcome.error}" if outcome.error else text)
+    place = {cell.key: i for i, cell in enumerate(cells)}
+    # Rows of an earlier, larger run stay, at the end.
+    ledger.sort(lambda key: (place.get(key, len(place)), key))
+    rows = ledger.rows()
+    return [rows[cell.key] for cell in cells]
+
+
+def _settings(conditions: Conditions, crop: Crop | None) -> dict[str, Any]:
+    return {
+        "version": __version__,
+        **asdict(conditions),
+        "crop": None if crop is None else list(crop),
+    }
+
+
+def _open_run(out: Path, settings: dict[str, Any], resume: bool) -> None:
+    """Begin a run in a folder, or make sure that the one there is the same."""
+    file = out / SETTINGS
+    if not file.exists() and not (out / TABLE).exists():
+        with atomic_write(file) as temporary:
+            content = settings | {"machine": describe_machine()}
+            temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        return
+    if not resume:
+        raise GeohueError(f"{out}: has a run already; use --resume, or give another folder")
+    before = json.loads(read_bytes(file))
+    for name, value in settings.items():
+        if before.get(name) != value:
+            raise GeohueError(
+                f"{out}: the run there has {name} = {before.get(name)}, this one {value}; "
+                "give another folder"
+            )
