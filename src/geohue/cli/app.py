@@ -11,6 +11,7 @@ import typer
 from geohue.cli.benchmark import benchmark
 from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
+from geohue.cli.register import register
 from geohue.cli.segment import segment
 from geohue.errors import GeohueError
 
@@ -21,7 +22,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, evaluate, benchmark, info):
+for command in (segment, register, evaluate, benchmark, info):
     app.command()(command)
 
 

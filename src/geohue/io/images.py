@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from geohue.errors import GeohueError
 from geohue.io.arrays import read_npy, read_npz, read_pfm
 from geohue.io.atomic import atomic_write
+from geohue.io.depth_units import Decoder, DepthUnit, depth_unit
 from geohue.io.files import broken, read_bytes
 from geohue.io.integrity import check_picture
 
@@ -89,7 +90,9 @@ def _to_bytes(pixels: NDArray[Any], path: str | Path) -> NDArray[np.uint8]:
     raise broken(path, f"has {pixels.dtype} colours; save it as an 8-bit PNG")
 
 
-def read_depth(path: str | Path, scale: float | None = None) -> DepthImage:
+def read_depth(
+    path: str | Path, scale: float | str | DepthUnit | None = None
+) -> DepthImage:
     """Read a depth map.
 
     Parameters
@@ -97,8 +100,9 @@ def read_depth(path: str | Path, scale: float | None = None) -> DepthImage:
     path : path-like
         Integer PNG, PGM or TIFF; float TIFF, PFM or NPY; NPZ with one array or one named
         ``depth``.
-    scale : float, optional
-        Metres per unit. By default 0.001 for integers and 1 for floats.
+    scale : float or str, optional
+        Metres per unit, or a name of `geohue.io.depth_units.DEPTH_UNITS` such as "tum". By default
+        0.001 for integers and 1 for floats.
 
     Returns
     -------
@@ -118,8 +122,7 @@ def read_depth(path: str | Path, scale: float | None = None) -> DepthImage:
     >>> read_depth(file).depth
     array([[nan, 1.5]], dtype=float32)
     """
-    if scale is not None and not 0 < scale < np.inf:
-        raise GeohueError(f"depth scale {scale}: must be a positive number of metres per unit")
+    unit = None if scale is None else depth_unit(scale)
     readers = {".npy": read_npy, ".npz": read_npz, ".pfm": read_pfm}
     raw = readers.get(Path(path).suffix.lower(), _decode)(path)
     if raw.ndim == 3 and raw.shape[2] == 1:
@@ -129,9 +132,21 @@ def read_depth(path: str | Path, scale: float | None = None) -> DepthImage:
         raise broken(path, f"{cause}: give the raw depth (16-bit PNG), not its coloured rendering")
     if raw.dtype.kind not in "iuf" or raw.size == 0:
         raise broken(path, f"has no depth values ({raw.dtype}, {raw.shape}); export it again")
-    used = scale if scale is not None else (1.0 if raw.dtype.kind == "f" else _INTEGER_SCALE)
+    if unit is not None and unit.decode is not None:
+        raw = _decoded(raw, unit.decode, path)
+    used = unit.scale if unit is not None else (1.0 if raw.dtype.kind == "f" else _INTEGER_SCALE)
     depth = _to_metres(raw, used)
     return DepthImage(depth, used, _doubts(depth, used, path))
+
+
+def _decoded(raw: NDArray[Any], decode: Decoder, path: str | Path) -> NDArray[Any]:
+    if raw.dtype.kind != "u" or raw.dtype.itemsize > 2:
+        cause = f"holds {raw.dtype} values, but this depth scale is for 16-bit pictures"
+        raise broken(path, f"{cause}; give the picture as recorded")
+    try:
+        return decode(raw.astype(np.uint16))
+    except GeohueError as error:
+        raise broken(path, f"{error}; choose another --depth-scale") from error
 
 
 def _to_metres(raw: NDArray[Any], scale: float) -> NDArray[np.float32]:

@@ -22,7 +22,7 @@ def read_scene(
     source: str | Path,
     depth: str | Path | None = None,
     intrinsics: str | Path | None = None,
-    depth_scale: float | None = None,
+    depth_scale: float | str | None = None,
 ) -> Scene:
     """Read an RGB-D frame, a coloured cloud, or an image alone.
 
@@ -34,8 +34,8 @@ def read_scene(
         The depth map registered to the colour image.
     intrinsics : str or Path, optional
         A camera file or "fx,fy,cx,cy" (`read_intrinsics`).
-    depth_scale : float, optional
-        Metres per unit of the depth map; by default what the camera file says, else 0.001 for
+    depth_scale : float or str, optional
+        Metres per unit of the depth map, or a name such as "tum" (`DEPTH_UNITS`); by default what the camera file says, else 0.001 for
         integers and 1 for floats.
 
     Returns
