@@ -12,6 +12,9 @@ from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from geohue.sensors.rig import Rig
     from geohue.stereo.rig import StereoRig
 
 
@@ -19,8 +22,9 @@ if TYPE_CHECKING:
 class Scene:
     """A scene with colour and geometry, whatever it was recorded with.
 
-    Build one with `from_rgbd`, `from_stereo`, `from_cloud` or `from_image`: they check the input
-    and turn every invalid value into a gap, so that nothing after them has to.
+    Build one with `from_rgbd`, `from_stereo`, `from_cloud`, `from_range_and_cameras` or
+    `from_image`: they check the input and turn every invalid value into a gap, so that nothing
+    after them has to.
 
     Attributes
     ----------
@@ -36,6 +40,9 @@ class Scene:
         The same points as another camera sees them: the right view warped to the left (eq. 18).
     warnings : tuple of str
         Guesses and repairs that the user should know of.
+    unseen : bool, shape of the labels, or None
+        Range points that no camera sees: they have a position but no colour of their own
+        (`colors` has the nearest point's), and take no part in the segmentation.
     """
 
     colors: NDArray[np.uint8]
@@ -44,6 +51,7 @@ class Scene:
     intrinsics: Intrinsics | None = None
     second_colors: NDArray[np.uint8] | None = None
     warnings: tuple[str, ...] = ()
+    unseen: NDArray[np.bool_] | None = None
 
     @classmethod
     def from_rgbd(
@@ -195,6 +203,78 @@ class Scene:
         return pair.scene(views)
 
     @classmethod
+    def from_range_and_cameras(
+        cls,
+        points: ArrayLike,
+        images: Sequence[ArrayLike],
+        rig: Rig,
+        views: Literal[1, 2] = 2,
+        choice: Literal["first", "blend"] = "first",
+    ) -> Scene:
+        """Make a scene of range points and the pictures of calibrated cameras (Sec. VI-A).
+
+        Parameters
+        ----------
+        points : (N, 3), (H, W, 3) or (H, W) float
+            Points in the frame of the range sensor, in a time-of-flight camera's grid or not, or
+            the depth map of the rig's depth camera. Non-finite ones are missing.
+        images : sequence of (h, w, 3) or (h, w) uint8
+            A picture of each camera of the rig, in its order.
+        rig : Rig
+            The calibration (`geohue.sensors.Rig`).
+        views : {1, 2}
+            Whether the second camera's colours become `second_colors` (eq. 19, where it sees the
+            point) or only serve where the first camera sees nothing.
+        choice : {"first", "blend"}
+            Where several cameras see a point: the colour of the first of them, or the mean.
+
+        Returns
+        -------
+        Scene
+            On the grid of the points, if they have one. `unseen` marks the points in nobody's
+            view: `geohue.sensors.label_unseen` gives them the label of the nearest labelled one.
+
+        Raises
+        ------
+        GeohueError
+            For shapes that do not fit, more pictures than cameras, or when no camera sees a point.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from geohue import Intrinsics
+        >>> from geohue.sensors import Lens, PosedCamera, Rig
+        >>> rig = Rig((PosedCamera(Lens(Intrinsics(10.0, 10.0, 4.5, 4.5, 10, 10))),))
+        >>> image = np.full((10, 10, 3), 90, np.uint8)
+        >>> scene = Scene.from_range_and_cameras([[0, 0, 2], [0, 0, -2]], [image], rig)
+        >>> scene.valid.tolist(), scene.unseen.tolist(), scene.colors[0].tolist()
+        ([True, False], [False, True], [90, 90, 90])
+        """
+        from geohue.sensors.trinocular import color_range_points
+
+        xyz = np.asarray(points)
+        depth = None
+        if xyz.ndim == 2 and xyz.shape[1] != 3:
+            depth = _check_depth(xyz, xyz.shape, 1.0)
+            xyz = rig.points(depth)
+        if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not _is_real(xyz):
+            raise GeohueError(
+                f"points have shape {xyz.shape} and type {xyz.dtype}: "
+                "expected (N, 3) or (H, W, 3) numbers, or a depth map (H, W)"
+            )
+        with np.errstate(over="ignore"):
+            cast = xyz.astype(np.float32)
+        cast[~np.isfinite(cast).all(axis=-1)] = np.nan
+        found = color_range_points(cast, [_check_image(image) for image in images], rig, choice)
+        unseen = (found.seen_by == 0) & np.isfinite(cast[..., 2])
+        camera = None
+        if cast.ndim == 3 and rig.depth is not None:
+            depth = np.ascontiguousarray(cast[..., 2])
+            camera = rig.depth.camera.scaled_to(cast.shape[1], cast.shape[0])
+        second = found.second_colors if views == 2 else None
+        return cls(found.colors, cast, depth, camera, second, found.warnings, unseen)
+
+    @classmethod
     def from_image(cls, rgb: ArrayLike) -> Scene:
         """Make a scene from an image alone, for ``cues="color"``.
 
@@ -233,8 +313,9 @@ class Scene:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """Where there is geometry, in the shape of the labels."""
-        return np.isfinite(self.points[..., 2])
+        """Where there is geometry with a colour, in the shape of the labels."""
+        known = np.isfinite(self.points[..., 2])
+        return known if self.unseen is None else known & ~self.unseen
 
     def thinning(self, max_points: int, rng: np.random.Generator) -> NDArray[np.int64]:
         """Choose at most about `max_points` points that stand for the scene.
@@ -275,6 +356,7 @@ class Scene:
             points=self.points.reshape(-1, 3)[positions],
             depth=None if self.depth is None else self.depth.reshape(-1)[positions],
             second_colors=None if second is None else second.reshape(-1, 3)[positions],
+            unseen=None if self.unseen is None else self.unseen.reshape(-1)[positions],
         )
 
 

@@ -153,8 +153,8 @@ class Surface:
         depth[~np.isfinite(front)] = np.nan
         return depth.reshape(height, width)
 
-    def _density(self, camera: PosedCamera) -> int:
-        """Return how many samples a side leave no gap between them in the camera's picture."""
+    def gap(self, camera: PosedCamera, quantile: float = 0.5) -> float:
+        """Return how many pixels of a camera's picture lie between neighbouring samples."""
         shape = (*self.scale.shape, 2)
         points = (self.rays * self.scale[..., None]).reshape(-1, 3)
         pixels = camera.lens.project(camera.transform(points)).reshape(shape)
@@ -167,9 +167,11 @@ class Surface:
             gaps.append(np.linalg.norm(before - after, axis=-1)[level])
         gap = np.concatenate(gaps)
         gap = gap[np.isfinite(gap)]
-        if gap.size == 0:
-            return 3
-        wanted = int(np.ceil(1.5 * np.quantile(gap, 0.98)))
+        return float(np.quantile(gap, quantile)) if gap.size else 1.0
+
+    def _density(self, camera: PosedCamera) -> int:
+        """Return how many samples a side leave no gap between them in the camera's picture."""
+        wanted = int(np.ceil(1.5 * self.gap(camera, 0.98)))
         return min(wanted + 1 - wanted % 2, _DENSEST)
 
 
