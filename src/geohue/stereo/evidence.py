@@ -17,6 +17,7 @@ _VERTICAL = 1.5  # px, median vertical offset of a pair that is not rectified
 _FEATURE_WIDTH = 800  # columns of the pair in which features are looked for
 _SCALES = (2.0, 3.0, 4.0, 16.0, 256.0)
 _BETTER = 0.6  # another reading of a disparity must have at most this share of the error
+_ENOUGH = 30_000  # pixels that a disparity is judged by
 _NOTABLE = 6.0  # 8-bit steps; a smaller warping error is nothing to warn of
 
 
@@ -159,8 +160,8 @@ def doubt_disparity(
     -------
     str or None
     """
-    step = max(1, round(np.sqrt(disparity.size / 80_000)))
-    rows = slice(step // 2, None, step)  # whole rows, so that warping stays what it is
+    step = max(1, round(disparity.size / _ENOUGH))
+    rows = slice(step // 2, None, step)  # whole rows, which warping does one by one
     left, right, disparity = left[rows], right[rows], disparity[rows]
     given = _misfit(left, right, disparity)
     others = {

@@ -137,8 +137,8 @@ def estimate_range(left: NDArray[np.uint8], right: NDArray[np.uint8]) -> tuple[i
         for i in (left, right)
     ]
     low, high = -(size[0] // 4), size[0] // 2
-    first = _one_way(small[0], small[1], low, high, 15)
-    second = _one_way(_flip(small[1]), _flip(small[0]), low, high, 15)[:, ::-1]
+    first = _one_way(small[0], small[1], low, high, 15, quick=True)
+    second = _one_way(_flip(small[1]), _flip(small[0]), low, high, 15, quick=True)[:, ::-1]
     agreed = _without_speckles(np.where(consistent(first, second), first, np.nan), 40)
     found = agreed[np.isfinite(agreed)]
     if found.size < 0.02 * agreed.size:
@@ -179,7 +179,13 @@ def _checked_range(given: tuple[int, int] | None, width: int) -> tuple[int, int]
 
 
 def _one_way(
-    left: NDArray[np.uint8], right: NDArray[np.uint8], low: int, high: int, uniqueness: int
+    left: NDArray[np.uint8],
+    right: NDArray[np.uint8],
+    low: int,
+    high: int,
+    uniqueness: int,
+    *,
+    quick: bool = False,
 ) -> NDArray[np.float32]:
     """Match the left image; NaN where the best cost is unclear or the match is out of frame.
 
@@ -195,7 +201,7 @@ def _one_way(
         cv2.copyMakeBorder(i, 0, 0, before, after, cv2.BORDER_REPLICATE) for i in (left, right)
     ]
     channels = left.shape[2] if left.ndim == 3 else 1
-    large = padded[0].shape[0] * padded[0].shape[1] * count * 4 > _MEMORY
+    three_paths = quick or padded[0].shape[0] * padded[0].shape[1] * count * 4 > _MEMORY
     matcher = create(
         minDisparity=low,
         numDisparities=count,
@@ -205,7 +211,7 @@ def _one_way(
         preFilterCap=31,
         uniquenessRatio=uniqueness,
         disp12MaxDiff=-1,  # done here, with both views
-        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY if large else cv2.STEREO_SGBM_MODE_HH,
+        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY if three_paths else cv2.STEREO_SGBM_MODE_HH,
     )
     width = left.shape[1]
     found = np.asarray(matcher.compute(*padded))[:, before : before + width]
