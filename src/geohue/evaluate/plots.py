@@ -89,15 +89,12 @@ def _figure(width: float, height: float, rows: int = 1, columns: int = 1) -> tup
 
 
 def _draw_boxes(path: Path, groups: dict[str, list[Row]]) -> None:
-    figure, axes = _figure(11, 1.6 + 0.35 * len(groups), 1, len(PLOTTED))
-    names = list(groups)
-    for axis, (measure, title) in zip(axes[0], PLOTTED.items(), strict=True):
-        values = [column(group, measure) for group in groups.values()]
-        places = range(len(names), 0, -1)
-        axis.boxplot(values, positions=list(places), vert=False, showmeans=True, widths=0.6)
-        axis.set_yticks(list(places), names if axis is axes[0][0] else [""] * len(names))
+    figure, axes = _figure(2.4 + 0.55 * len(groups), 9, len(PLOTTED), 1)
+    for axis, (measure, title) in zip(axes[:, 0], PLOTTED.items(), strict=True):
+        axis.boxplot([column(group, measure) for group in groups.values()], showmeans=True)
+        axis.set_xticks(range(1, len(groups) + 1), list(groups), rotation=40, ha="right")
         axis.set_title(title)
-        axis.grid(axis="x", alpha=0.3)
+        axis.grid(axis="y", alpha=0.3)
     _save(figure, path)
 
 

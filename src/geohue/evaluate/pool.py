@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from typing import Generic, NamedTuple, TypeVar
 
 Job = TypeVar("Job")
@@ -82,7 +84,7 @@ def _run_pool(
     """
     waiting = jobs[::-1]
     running: dict[Future[Result], Job] = {}
-    pool = ProcessPoolExecutor(processes, get_context("spawn"), initializer=one_thread)
+    pool = ProcessPoolExecutor(processes, get_context("spawn"), initializer=_begin)
     try:
         while waiting or running:
             while waiting and len(running) < processes:
@@ -102,6 +104,20 @@ def _run_pool(
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
     return []
+
+
+def _begin() -> None:
+    """Prepare a process of the pool."""
+    one_thread()
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it is killed: nobody else would."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _text(error: BaseException) -> str:
