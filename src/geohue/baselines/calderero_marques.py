@@ -43,6 +43,9 @@ from geohue.features import lab_of
 SUPERPIXELS = 1_000
 """Regions to start from, about."""
 
+LEAST_PIXELS = 60
+"""Of a superpixel, about: fewer make no histogram."""
+
 BINS = 20
 """Bins of a channel's histogram."""
 
@@ -84,7 +87,7 @@ def segment_image(
     (H, W) int32
         Labels from 0.
     """
-    start = fine_partition(lab, depth, superpixels)
+    start = fine_partition(lab, depth, max(1, min(superpixels, depth.size // LEAST_PIXELS)))
     known = np.isfinite(depth)
     n = int(start.max()) + 1
     color = soft_histograms(lab.reshape(-1, 3), start.reshape(-1), n, bins)

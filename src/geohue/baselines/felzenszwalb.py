@@ -99,7 +99,7 @@ def smoothed(features: Features, vectors: NDArray[np.float32], sigma: float) -> 
     def spread(values: NDArray[np.float32]) -> NDArray[np.float32]:
         full = np.zeros(features.shape, np.float32)
         full.reshape(-1)[features.index] = values
-        blurred = gaussian_filter(full, sigma, mode="nearest")
+        blurred = gaussian_filter(full, sigma)
         return np.asarray(blurred.reshape(-1)[features.index], np.float32)
 
     share = spread(np.ones(len(features), np.float32))

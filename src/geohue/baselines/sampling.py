@@ -24,7 +24,10 @@ def mixed_vectors(features: Features, weight: float) -> NDArray[np.float32]:
 def thinned(scene: Scene, features: Features, most: int, seed: int) -> Features:
     """Keep at most about `most` points: every n-th row and column of a grid, or random ones.
 
-    All points are kept where the regular choice would miss most of those that have the cues.
+    All points are kept, in an order that does not depend on a cloud's file, if they are no more,
+    or if the regular choice would miss most of those that have the cues.
     """
+    if len(features) <= most:
+        return features.at(scene.thinning(scene.size, np.random.default_rng(seed)))
     few = features.at(scene.thinning(most, np.random.default_rng(seed)))
     return few if 10 * len(few) >= min(most, len(features)) else features
