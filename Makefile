@@ -1,13 +1,15 @@
 # `make demo` and `make test` need nothing but Python 3.11+ and make: each sets itself up.
+# With LOCKED=1 exactly the versions of constraints.txt are installed, by their hashes.
 PYTHON ?= python3
 VENV ?= .venv
-PIP_FLAGS ?= --quiet --disable-pip-version-check
+LOCKED ?=
+PIP = $(VENV)/bin/python -m pip --quiet --disable-pip-version-check
 
 .PHONY: demo test lint types check clean
 
 demo: $(VENV)/.installed  ## Segment the built-in motorcycle scene
 	$(VENV)/bin/geohue segment --sample motorcycle -o out/motorcycle
-	@echo "The picture: out/motorcycle/overlay.png, the weight: out/motorcycle/weight_curve.png"
+	@echo "Look at out/motorcycle/overlay.png and out/motorcycle/weight_curve.png"
 
 test: $(VENV)/.installed-dev  ## Run all tests
 	$(VENV)/bin/python -m pytest
@@ -28,10 +30,19 @@ $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "geohue needs Python 3.11 or newer")'
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -c constraints.txt -e .
+$(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
+	$(PIP) install -e .
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(VENV)/bin/python -m pip install $(PIP_FLAGS) -c constraints.txt -e '.[dev]'
+	$(if $(LOCKED),$(PIP) install --require-hashes -r constraints.txt)
+	$(PIP) install $(if $(LOCKED),--no-deps) -e '.[dev]'
 	@touch $@ $(VENV)/.installed
+
+constraints.txt:  # make -B constraints.txt: the newest versions that pass together
+	$(PYTHON) -m venv $(VENV)-lock
+	$(VENV)-lock/bin/python -m pip --quiet install pip-tools
+	$(VENV)-lock/bin/pip-compile --quiet --upgrade --generate-hashes --extra dev --strip-extras \
+	  --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
+	  --no-emit-trusted-host --no-emit-options -o $@ pyproject.toml
+	rm -rf $(VENV)-lock

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
-from geohue import fill
 from geohue.errors import GeohueError
-from geohue.fill import fill_labels
+from geohue.fill import fill_labels, state
 
 Labels = NDArray[np.int32]
 Lab = NDArray[np.float32]
@@ -135,8 +134,8 @@ def test_same_as_the_slow_twin_when_the_pool_of_windows_grows(
         sizes.append(larger.length.size)
         return larger
 
-    grow = fill._grown
-    monkeypatch.setattr(fill, "_grown", grown)
+    grow = state.grown
+    monkeypatch.setattr(state, "grown", grown)
     rng = np.random.default_rng(3)
     labels = np.full((40, 41), -1, dtype=np.int32)
     labels[20, 20] = 2
