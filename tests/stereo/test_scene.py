@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from geohue import Intrinsics, Scene, segment
 from geohue.errors import GeohueError
-from geohue.stereo import StereoPair, StereoRig, view_agreement
+from geohue.stereo import StereoPair, StereoRig, match, view_agreement
 
 from .conftest import Pair, texture
 
@@ -237,6 +237,23 @@ def test_blank_images(box_pair: Pair) -> None:
 def test_two_scenes(box_pair: Pair) -> None:
     with pytest.raises(GeohueError, match="do not match"):
         Scene.from_stereo(box_pair.left, texture(160, 240, 9))
+
+
+def test_what_may_lie_at_infinity_has_no_depth(box_pair: Pair) -> None:
+    """Half a pixel is the least that counts: 0.4 px could be 30 m or no end."""
+    far = box_pair.disparity.copy()
+    far[:10], far[10:20] = 0.4, 0.5
+    scene = Scene.from_stereo(*box_pair[:2], rig_of(box_pair), far)
+    assert scene.depth is not None
+    assert np.isnan(scene.depth[:10]).all()
+    np.testing.assert_allclose(scene.depth[10:20], 24.0)
+
+
+def test_nothing_is_looked_for_beyond_infinity(box_pair: Pair) -> None:
+    pair = StereoPair.prepare(*box_pair[:2], rig_of(box_pair))
+    assert np.nanmin(pair.disparity) >= 0
+    low, _ = match(*box_pair[:2], at_infinity=-3.5).range
+    assert low >= -4
 
 
 def test_nearly_no_disparity_is_warned_of(box_pair: Pair) -> None:

@@ -48,6 +48,7 @@ def match(
     right: NDArray[np.uint8],
     disparity_range: tuple[int, int] | None = None,
     *,
+    at_infinity: float | None = None,
     uniqueness: int = 10,
     speckle: int = 60,
 ) -> StereoMatch:
@@ -64,6 +65,9 @@ def match(
         The rectified images.
     disparity_range : (int, int), optional
         Smallest and largest disparity. None: `estimate_range`.
+    at_infinity : float, optional
+        Disparity of a point at infinity (``-doffs``), where it is known: an estimated range goes
+        no lower.
     uniqueness : int
         Percent, 0 to 100.
     speckle : int
@@ -94,7 +98,10 @@ def match(
     check_pair(left, right)
     check_texture(left, "left")
     check_texture(right, "right")
-    low, high = _checked_range(disparity_range, left.shape[1]) or estimate_range(left, right)
+    given = _checked_range(disparity_range, left.shape[1])
+    low, high = given or estimate_range(left, right)
+    if given is None and at_infinity is not None and at_infinity < high - 1:
+        low = max(low, int(np.floor(at_infinity)))
     first = _one_way(left, right, low, high, uniqueness)
     second = _one_way(_flip(right), _flip(left), low, high, uniqueness)[:, ::-1]
     # Seen in a mirror a disparity has the same sign and lies on the other side.

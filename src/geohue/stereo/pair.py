@@ -22,6 +22,7 @@ from geohue.stereo.warping import Warp, check_pair, warp_right
 
 Views = Literal[1, 2]
 
+_CLEAR = 0.5  # px; what a disparity is uncertain by, at best
 _ALREADY = 0.5  # px; a pair whose features lie this close to one row is rectified
 
 
@@ -95,7 +96,8 @@ class StereoPair:
         left, right, known, more = _rectified(left, right, known)
         doubts += more
         if disparity is None:
-            found = match(left, right, disparity_range)
+            end = None if rig is None else -known.offset
+            found = match(left, right, disparity_range, at_infinity=end)
             disparity, right_disparity = found.left, found.right
         else:
             check_pair(left, right, disparity)
@@ -106,8 +108,14 @@ class StereoPair:
 
     @property
     def depth(self) -> NDArray[np.float32]:
-        """Depth of the left image, ``Z = f b / (d + doffs)``; NaN where missing."""
-        return self.rig.depth(self.disparity)
+        """Depth of the left image, ``Z = f b / (d + doffs)``.
+
+        NaN where the disparity is missing, or less than half a pixel from that of infinity: such
+        a point may be anywhere beyond, and a few at a thousand times the distance of the scene
+        would be all that its deviation (eq. 2) is made of.
+        """
+        near = self.disparity + self.rig.offset >= _CLEAR
+        return self.rig.depth(np.where(near, self.disparity, np.nan))
 
     def warp(self) -> Warp:
         """Warp the right view to the left one (eq. 18)."""
