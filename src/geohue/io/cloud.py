@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -45,13 +47,43 @@ class CloudData:
     source: Path | None = None
 
 
+_READERS = {
+    ".ply": "ply.read_ply",
+    ".pcd": "pcd.read_pcd",
+    ".las": "las.read_las",
+    ".laz": "las.read_las",
+    ".e57": "e57.read_e57",
+    ".xyz": "xyz.read_xyz",
+    ".xyzrgb": "xyz.read_xyz",
+    ".txt": "xyz.read_xyz",
+    ".asc": "xyz.read_xyz",
+    ".csv": "xyz.read_xyz",
+    ".pts": "xyz.read_xyz",
+    ".npy": "cloud_arrays.read_npy_cloud",
+    ".npz": "cloud_arrays.read_npz_cloud",
+    ".bin": "cloud_arrays.read_velodyne",
+    ".out": "colmap.read_bundler",
+}
+CLOUD_SUFFIXES = tuple(_READERS)
+"""Endings of the files that are read as clouds."""
+
+_STARTS = (
+    (rb"\s*ply\s", "ply.read_ply"),
+    (rb"\s*(# \.PCD|VERSION|FIELDS)", "pcd.read_pcd"),
+    (rb"LASF", "las.read_las"),
+    (rb"ASTM-E57", "e57.read_e57"),
+    (rb"\s*# Bundle file", "colmap.read_bundler"),
+)
+
+
 def read_cloud(path: str | Path) -> CloudData:
-    """Read a point cloud: PLY or PCD, told apart by the extension or else by the first bytes.
+    """Read a point cloud, its format told by the name or else by the first bytes.
 
     Parameters
     ----------
     path : path-like
-        The file.
+        PLY, PCD, LAS, LAZ, COPC, E57; XYZ, TXT, CSV, ASC, PTS; NPY, NPZ; KITTI's BIN; COLMAP's
+        ``points3D.bin`` or ``.txt`` or the folder of the model; Bundler's ``.out``.
 
     Returns
     -------
@@ -61,22 +93,34 @@ def read_cloud(path: str | Path) -> CloudData:
     Raises
     ------
     GeohueError
-        If the file is missing, damaged or neither PLY nor PCD.
+        If the file is missing, damaged or none of these, or needs a library that is missing.
     """
-    from geohue.io.pcd import read_pcd
-    from geohue.io.ply import read_ply
+    module, name = _reader(Path(path)).split(".")
+    reader = getattr(import_module(f"geohue.io.{module}"), name)
+    cloud: CloudData = reader(path)
+    return cloud
 
-    readers = {".ply": read_ply, ".pcd": read_pcd}
-    reader = readers.get(Path(path).suffix.lower())
-    if reader is None:
-        start = read_bytes(path)[:4096].lstrip()
-        if start.startswith(b"ply") and start[3:4].isspace():
-            reader = read_ply
-        elif start.startswith((b"# .PCD", b"VERSION", b"FIELDS")):
-            reader = read_pcd
-        else:
-            raise broken(path, "is not a cloud that geohue reads; convert it to .ply or .pcd")
-    return reader(path)
+
+def _reader(path: Path) -> str:
+    """Return module and function that read a file."""
+    if path.stem.lower() == "points3d" or is_colmap(path):
+        return "colmap.read_colmap"
+    known = _READERS.get(path.suffix.lower())
+    if known is not None:
+        return known
+    start = read_bytes(path)[:4096]
+    for pattern, reader in _STARTS:
+        if re.match(pattern, start):
+            return reader
+    endings = " ".join(_READERS)
+    raise broken(path, f"is not a cloud that geohue reads ({endings}); convert it to .ply")
+
+
+def is_colmap(path: Path) -> bool:
+    """Whether a folder holds the points of a COLMAP model."""
+    places = (path, path / "sparse" / "0")
+    names = ("points3D.bin", "points3D.txt")
+    return path.is_dir() and any((place / n).is_file() for place in places for n in names)
 
 
 _COLOR_NAMES = (

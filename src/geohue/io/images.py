@@ -90,9 +90,7 @@ def _to_bytes(pixels: NDArray[Any], path: str | Path) -> NDArray[np.uint8]:
     raise broken(path, f"has {pixels.dtype} colours; save it as an 8-bit PNG")
 
 
-def read_depth(
-    path: str | Path, scale: float | str | DepthUnit | None = None
-) -> DepthImage:
+def read_depth(path: str | Path, scale: float | str | DepthUnit | None = None) -> DepthImage:
     """Read a depth map.
 
     Parameters

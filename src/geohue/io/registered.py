@@ -168,7 +168,9 @@ def _size_doubts(path: str | Path, rgb: NDArray[np.uint8], camera: Intrinsics) -
         )
     if (width, height) == (camera.width, camera.height):
         return []
-    return [f"{path}: calibration for {camera.width} x {camera.height} scaled to {width} x {height}"]
+    return [
+        f"{path}: calibration for {camera.width} x {camera.height} scaled to {width} x {height}"
+    ]
 
 
 def _straightened(rig: Rig, camera: int) -> Rig:
@@ -192,4 +194,3 @@ def _write_intrinsics(path: Path, lens: Lens) -> None:
         content |= {"dist": list(lens.distortion), "distortion_model": lens.model}
     with atomic_write(path) as temporary:
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-

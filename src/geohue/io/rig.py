@@ -33,6 +33,8 @@ _COLOR_NAMES = (
 )
 _FAR = 1.0  # metres between depth and colour camera beyond which the unit is in doubt
 
+_Place = tuple[Mapping[str, Any], tuple[str, ...], tuple[str, ...]]
+
 
 def read_rig(path: str | Path, *more: str | Path) -> Rig:
     """Read the calibration of a range sensor and its colour cameras.
@@ -62,7 +64,7 @@ def read_rig(path: str | Path, *more: str | Path) -> Rig:
     contents = [parse_camera_text(text, p) for text, p in zip(texts, (path, *more), strict=True)]
     try:
         if len(contents) == 3:
-            return _checked(_ros(contents, path), path)
+            return _checked(_ros(contents), path)
         merged: dict[str, Any] = {}
         for content in contents:
             merged |= content if isinstance(content, dict) else {}
@@ -120,7 +122,7 @@ def _pose_of(
         R2, t2 = _array(own["r2"], (3, 3), "R2"), _array(own["t2"], (3,), "t2")
         first = before[0]
         return R2.T @ first.rotation, R2.T @ (first.translation - t2)
-    places = [(own, ("r", "rotation"), ("t", "translation"))]
+    places: list[_Place] = [(own, ("r", "rotation"), ("t", "translation"))]
     tail = f"depth_to_{name}"
     places.append((whole, (f"r_{tail}", f"dr_{tail}"), (f"t_{tail}", f"dt_{tail}")))
     if alone:
@@ -139,7 +141,7 @@ def _pose_of(
 
 def _disparity_model(depth: Mapping[str, Any]) -> DisparityModel | None:
     values = _numbers(depth.get("dc"))
-    return DisparityModel(*values) if values and len(values) == 2 else None
+    return DisparityModel(values[0], values[1]) if values and len(values) == 2 else None
 
 
 # --- OpenCV, ROS, KITTI ------------------------------------------------------------------------
@@ -150,7 +152,9 @@ def _opencv(content: dict[str, Any]) -> Rig | None:
     flat = {re.sub(r"_", "", str(key).lower()): value for key, value in content.items()}
     lenses = []
     for n in ("1", "2"):
-        K = next((flat[s + n] for s in ("m", "k", "cameramatrix", "intrinsics") if s + n in flat), 0)
+        K = next(
+            (flat[s + n] for s in ("m", "k", "cameramatrix", "intrinsics") if s + n in flat), 0
+        )
         D = next((flat[s + n] for s in ("d", "distcoeffs", "distortion") if s + n in flat), None)
         if not K:
             return None
@@ -164,7 +168,7 @@ def _opencv(content: dict[str, Any]) -> Rig | None:
     return Rig((PosedCamera(lenses[1], *pose),), lenses[0], warnings=(note,))
 
 
-def _ros(contents: list[Any], path: str | Path) -> Rig:
+def _ros(contents: list[Any]) -> Rig:
     """Read the camera_info of depth and colour and the transform between them, in any order."""
     infos = [c for c in contents if isinstance(c, dict) and _has_matrix(c)]
     others = [c for c in contents if not (isinstance(c, dict) and _has_matrix(c))]
@@ -247,7 +251,9 @@ def _kitti(text: str, path: str | Path) -> Rig:
         cameras = tuple(_kitti_camera(P, rect @ velo, f"image_{n}") for n, P in views)
         return Rig(cameras)
     except KeyError as error:
-        raise broken(path, f"has no line {error.args[0]}; use the calib file of the frame") from error
+        raise broken(
+            path, f"has no line {error.args[0]}; use the calib file of the frame"
+        ) from error
     except GeohueError as error:
         raise broken(path, str(error)) from error
 

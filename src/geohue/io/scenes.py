@@ -6,16 +6,17 @@ import warnings
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from geohue.camera import Intrinsics
 from geohue.errors import GeohueError, GeohueWarning
-from geohue.io.cloud import read_cloud
+from geohue.io.cloud import CLOUD_SUFFIXES, is_colmap, read_cloud
 from geohue.io.files import broken
 from geohue.io.images import read_color, read_depth
 from geohue.io.intrinsics import read_intrinsics
 from geohue.scene import Scene
 
-CLOUD_SUFFIXES = (".ply", ".pcd")
-"""Endings of the files that are read as clouds."""
+_PLAUSIBLE_VIEW = (10.0, 150.0)  # degrees
 
 
 def read_scene(
@@ -29,14 +30,14 @@ def read_scene(
     Parameters
     ----------
     source : str or Path
-        A cloud (.ply, .pcd), or the colour image.
+        A cloud (`read_cloud`), or the colour image.
     depth : str or Path, optional
         The depth map registered to the colour image.
     intrinsics : str or Path, optional
         A camera file or "fx,fy,cx,cy" (`read_intrinsics`).
     depth_scale : float or str, optional
-        Metres per unit of the depth map, or a name such as "tum" (`DEPTH_UNITS`); by default what the camera file says, else 0.001 for
-        integers and 1 for floats.
+        Metres per unit of the depth map, or a name such as "tum" (`DEPTH_UNITS`); by
+        default what the camera file says, else 0.001 for integers and 1 for floats.
 
     Returns
     -------
@@ -48,14 +49,14 @@ def read_scene(
     GeohueError
         If a file cannot be read or the files do not fit together.
     """
-    if Path(source).suffix.lower() in CLOUD_SUFFIXES:
+    if is_cloud(source):
         if depth is not None:
             raise broken(source, f"is a cloud and has its own geometry; leave out {depth}")
         return _cloud_scene(source)
     colors = read_color(source)
     if depth is None:
         return Scene.from_image(colors)
-    if Path(depth).suffix.lower() in CLOUD_SUFFIXES:
+    if Path(depth).suffix.lower() not in (".npy", ".npz") and is_cloud(depth):
         raise broken(depth, f"is a cloud; give it alone, without {source}")
     camera, notes = (None, ()) if intrinsics is None else _camera(intrinsics)
     if depth_scale is None and camera is not None and camera.depth_scale is not None:
@@ -67,7 +68,33 @@ def read_scene(
             depth, f"differs in size from {source}: {sizes}; register the depth to the image first"
         )
     scene = Scene.from_rgbd(colors, image.depth, camera)
-    return replace(scene, warnings=(*notes, *image.warnings, *scene.warnings))
+    doubts = () if camera is None else view_doubts(scene)
+    return replace(scene, warnings=(*notes, *image.warnings, *scene.warnings, *doubts))
+
+
+def is_cloud(path: str | Path) -> bool:
+    """Whether a file is read as a cloud, by its name; or a folder, by the model in it."""
+    file = Path(path)
+    return file.suffix.lower() in CLOUD_SUFFIXES or is_colmap(file)
+
+
+def view_doubts(scene: Scene) -> tuple[str, ...]:
+    """Return a warning where the camera's field of view is implausible for the image."""
+    camera = scene.intrinsics
+    if camera is None:
+        return ()
+    height, width = scene.shape
+    wide, high = (
+        float(np.degrees(2 * np.arctan(n / (2 * f))))
+        for n, f in ((width, camera.fx), (height, camera.fy))
+    )
+    centred = 0 <= camera.cx < width and 0 <= camera.cy < height
+    if centred and all(_PLAUSIBLE_VIEW[0] <= angle <= _PLAUSIBLE_VIEW[1] for angle in (wide, high)):
+        return ()
+    return (
+        f"the intrinsics see {wide:.0f} x {high:.0f} degrees with the axis at ({camera.cx:.0f}, "
+        f"{camera.cy:.0f}) of {width} x {height}: implausible; are they for another size?",
+    )
 
 
 def _camera(source: str | Path) -> tuple[Intrinsics, tuple[str, ...]]:

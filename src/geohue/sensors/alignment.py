@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,7 @@ _GAP = 12  # pixels without depth across which an edge is looked for
 
 
 def edge_agreement(
-    rgb: NDArray[np.uint8], depth: NDArray[np.floating], shift: tuple[int, int] = (0, 0)
+    rgb: NDArray[np.uint8], depth: NDArray[np.floating[Any]], shift: tuple[int, int] = (0, 0)
 ) -> float:
     """Measure how much stronger the colour edges are at the depth edges than elsewhere.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ _LENGTHS = {"brown": (0, 4, 5, 8, 12, 14), "inverse": (0, 4, 5, 8, 12, 14), "fis
 _ROUNDS = 25
 _WIDEST = 8.0  # tangent of the widest half angle that a lens model is looked at: 83 degrees
 
-Pairs = NDArray[np.floating]
+Pairs = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ class Lens:
             return bent
         return self._bend(bent) if self.model == "inverse" else self._straighten(bent)
 
-    def project(self, points: NDArray[np.floating]) -> NDArray[np.float32]:
+    def project(self, points: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
         """Return the pixels of points.
 
         Parameters
@@ -119,7 +119,7 @@ class Lens:
         """
         z = points[:, 2]
         with np.errstate(all="ignore"):
-            flat = points[:, :2] / np.where(z > 0, z, np.nan)[:, None]
+            flat: Pairs = points[:, :2] / np.where(z > 0, z, np.nan)[:, None]
             if not self.is_straight:
                 wide = flat[:, 0] ** 2 + flat[:, 1] ** 2 > self._reach() ** 2
                 flat[wide] = np.nan
@@ -143,8 +143,8 @@ class Lens:
         with np.errstate(all="ignore"):
             for _ in range(_ROUNDS):
                 here = self._bend(flat)
-                dx = (self._bend(flat + (step, 0)) - here) / step
-                dy = (self._bend(flat + (0, step)) - here) / step
+                dx = (self._bend(flat + np.array([step, 0])) - here) / step
+                dy = (self._bend(flat + np.array([0, step])) - here) / step
                 error = bent - here
                 if not np.nanmax(np.abs(error), initial=0.0) > 1e-12:
                     break
@@ -195,4 +195,4 @@ def _bend_fisheye(flat: Pairs, distortion: tuple[float, ...]) -> Pairs:
     t2 = angle * angle
     bent = angle * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
     factor = np.divide(bent, radius, out=np.ones_like(radius), where=radius > 0)
-    return flat * factor[:, None]
+    return np.asarray(flat * factor[:, None])

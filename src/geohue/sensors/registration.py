@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +15,7 @@ from geohue.sensors.surface import Surface
 
 
 def register_depth(
-    depth: NDArray[np.floating],
+    depth: NDArray[np.floating[Any]],
     rig: Rig,
     size: tuple[int, int] | None = None,
     camera: int = 0,
@@ -63,7 +65,7 @@ def register_depth(
 
 
 def registered_scene(
-    rgb: NDArray[np.uint8], depth: NDArray[np.floating], rig: Rig, camera: int = 0
+    rgb: NDArray[np.uint8], depth: NDArray[np.floating[Any]], rig: Rig, camera: int = 0
 ) -> Scene:
     """Make a scene of a colour picture and an unregistered depth map.
 
@@ -121,9 +123,7 @@ def undistorted(rgb: NDArray[np.uint8], lens: Lens) -> NDArray[np.uint8]:
     return np.asarray(cv2.remap(np.ascontiguousarray(rgb), x, y, cv2.INTER_LINEAR), np.uint8)
 
 
-def _view(
-    rig: Rig, camera: int, size: tuple[int, int] | None
-) -> tuple[PosedCamera, int, int]:
+def _view(rig: Rig, camera: int, size: tuple[int, int] | None) -> tuple[PosedCamera, int, int]:
     """Return the colour camera at a size of picture, and that size."""
     if not 0 <= camera < len(rig.cameras):
         raise GeohueError(f"colour camera {camera}: the rig has {len(rig.cameras)}, from 0")
@@ -134,7 +134,7 @@ def _view(
     return chosen.scaled_to(width, height), width, height
 
 
-def _clean(depth: NDArray[np.floating]) -> NDArray[np.float32]:
+def _clean(depth: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
     metres = np.array(depth, np.float32)
     if metres.ndim != 2 or metres.size == 0:
         raise GeohueError(f"the depth map has shape {metres.shape}: expected (H, W)")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,7 @@ class PosedCamera:
                 f"and its determinant is {np.linalg.det(R):.4g}"
             )
 
-    def transform(self, points: NDArray[np.floating]) -> NDArray[np.float32]:
+    def transform(self, points: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
         """Bring (N, 3) points of the range sensor into the camera's frame."""
         # Column by column: a matrix product this narrow is much slower.
         turned = np.empty(points.shape, np.float32)

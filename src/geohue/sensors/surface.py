@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,10 +58,10 @@ class Surface:
 
         The directions of missing points are taken from their neighbours: no sample comes of them.
         """
-        depth = np.where(points[..., 2] > 0, points[..., 2], np.nan)
+        depth: Floats = np.where(points[..., 2] > 0, points[..., 2], np.float32(np.nan))
         with np.errstate(all="ignore"):
-            rays = points / depth[..., None]
-        known = np.isfinite(rays).all(axis=-1)
+            rays = np.asarray(points / depth[..., None], np.float32)
+        known: NDArray[np.bool_] = np.asarray(np.isfinite(rays).all(axis=-1))
         rays = _nearest(rays, known)
         rays[..., 2] = 1
         return cls(rays, np.where(known, depth, np.nan).astype(np.float32))
@@ -101,7 +102,7 @@ class Surface:
         planes; at its border each pixel is a flat piece at its own distance. An odd density has
         the pixels' own points among its samples.
         """
-        inverse = np.pad(1 / self.scale, 1, mode="edge")
+        inverse = np.pad(np.asarray(1 / self.scale, np.float32), 1, mode="edge")
         rays = np.pad(self.rays, ((1, 1), (1, 1), (0, 0)), mode="edge")
         steps = (np.arange(density) + 0.5) / density - 0.5
         for dy in steps:
@@ -110,7 +111,9 @@ class Surface:
                 own = inverse[1:-1, 1:-1]
                 with np.errstate(all="ignore"):
                     scale = 1 / np.where(level, mixed, own)
-                direction = sum(w * part for w, part in _corners(rays, dx, dy))
+                direction = np.zeros_like(self.rays)
+                for weight, part in _corners(rays, dx, dy):
+                    direction += weight * part
                 use = np.isfinite(scale)
                 yield np.asarray(direction[use] * scale[use][:, None], np.float32)
 
@@ -132,7 +135,7 @@ class Surface:
         """
         if not 0 < height * width <= _MAX_PIXELS:
             raise GeohueError(f"a picture of {width} x {height} pixels: at most {_MAX_PIXELS}")
-        density = self._density(camera)
+        density = self._density(camera, height, width)
         front = np.full(height * width, np.inf, np.float32)
         keep = self.scale.size * density**2 <= _KEPT
         landed = []
@@ -153,11 +156,13 @@ class Surface:
         depth[~np.isfinite(front)] = np.nan
         return depth.reshape(height, width)
 
-    def gap(self, camera: PosedCamera, quantile: float = 0.5) -> float:
-        """Return how many pixels of a camera's picture lie between neighbouring samples."""
+    def gap(self, camera: PosedCamera, height: int, width: int, quantile: float = 0.5) -> float:
+        """Return how many pixels of a camera's picture lie between neighbouring points."""
         shape = (*self.scale.shape, 2)
         points = (self.rays * self.scale[..., None]).reshape(-1, 3)
         pixels = camera.lens.project(camera.transform(points)).reshape(shape)
+        with np.errstate(invalid="ignore"):
+            pixels[((pixels < 0) | (pixels > (width, height))).any(axis=-1)] = np.nan
         inverse = 1 / self.scale
         gaps = []
         for axis in (0, 1):
@@ -169,13 +174,13 @@ class Surface:
         gap = gap[np.isfinite(gap)]
         return float(np.quantile(gap, quantile)) if gap.size else 1.0
 
-    def _density(self, camera: PosedCamera) -> int:
+    def _density(self, camera: PosedCamera, height: int, width: int) -> int:
         """Return how many samples a side leave no gap between them in the camera's picture."""
-        wanted = int(np.ceil(1.5 * self.gap(camera, 0.98)))
+        wanted = int(np.ceil(1.5 * self.gap(camera, height, width, 0.98)))
         return min(wanted + 1 - wanted % 2, _DENSEST)
 
 
-def _beside(grid: NDArray[np.floating], axis: int) -> tuple[Floats, Floats]:
+def _beside(grid: NDArray[np.floating[Any]], axis: int) -> tuple[Floats, Floats]:
     """Return each cell and its neighbour along an axis, as two arrays."""
     near, far = (grid[:-1], grid[1:]) if axis == 0 else (grid[:, :-1], grid[:, 1:])
     return np.asarray(near, np.float32), np.asarray(far, np.float32)
@@ -230,7 +235,7 @@ def _nearest(values: Floats, known: NDArray[np.bool_]) -> Floats:
     if not known.any():
         return np.nan_to_num(values).astype(np.float32)
     index = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return np.asarray(values[tuple(index)], np.float32)
+    return np.asarray(values[tuple(np.asarray(index))], np.float32)
 
 
 def _grown(cells: Floats, reach: float) -> Floats:
@@ -238,7 +243,8 @@ def _grown(cells: Floats, reach: float) -> Floats:
     from scipy.ndimage import distance_transform_edt
 
     far, index = distance_transform_edt(~np.isfinite(cells), return_indices=True)
-    return np.where(far <= reach, cells[tuple(index)], np.nan).astype(np.float32)
+    grown = cells[tuple(np.asarray(index))]
+    return np.where(np.asarray(far) <= reach, grown, np.nan).astype(np.float32)
 
 
 def _spacing(angles: NDArray[np.float64]) -> float:
@@ -249,7 +255,7 @@ def _spacing(angles: NDArray[np.float64]) -> float:
         return float(_COARSEST)
     some = angles[:: max(1, len(angles) // 5000)]
     near, _ = cKDTree(angles).query(some, k=2)
-    step = float(np.clip(np.median(near[:, 1]), _FINEST, _COARSEST))
+    step = float(np.clip(np.median(np.asarray(near)[:, 1]), _FINEST, _COARSEST))
     extent = np.ptp(angles, axis=0)
     while np.prod(extent / step + 2) > _MAX_CELLS:
         step *= 1.5

@@ -18,6 +18,7 @@ Choice = Literal["first", "blend"]
 CHOICES: tuple[Choice, ...] = get_args(Choice)
 
 _HIDDEN = 0.05  # a point this much (relative) behind the foremost surface is hidden
+_PARALLAX = 1.5  # pixels
 _ENOUGH = 50  # points that both cameras see, to bring their tones together
 _MOST_GAIN = 4.0
 
@@ -94,14 +95,16 @@ def color_range_points(
         seen[i], sampled[i] = _look(flat, image, camera, surface, turn)
     if not seen.any():
         raise GeohueError("no camera sees any range point: check R, T, their unit and direction")
+    some: NDArray[np.bool_] = np.asarray(seen.any(axis=0))
     tones = [_tone(sampled[i], sampled[0], seen[i] & seen[0]) for i in range(len(images))]
     colors = _chosen(sampled, seen, tones, choice)
+    source = _sources(flat, some)
     second = None
     if len(images) > 1:
         gain, offset = tones[1]
         second = np.where(seen[1][:, None], sampled[1], (colors - offset) / gain)
-        _borrow(flat, second, seen.any(axis=0))
-    _borrow(flat, colors, seen.any(axis=0))
+        second = second[source]
+    colors = colors[source]
     bits = (seen.astype(np.uint8) << np.arange(len(images), dtype=np.uint8)[:, None]).sum(axis=0)
     return RangeColors(
         _bytes(colors).reshape(points.shape),
@@ -131,9 +134,11 @@ def _look(
 
     height, width = image.shape[:2]
     there = replace(camera, rotation=camera.rotation @ turn.T)
-    shrink = max(1.0, surface.gap(there))
+    shrink = max(1.0, surface.gap(there, height, width))
     h, w = max(1, round(height / shrink)), max(1, round(width / shrink))
-    small = cv2.resize(image, (w, h), interpolation=cv2.INTER_AREA) if shrink > 1 else image
+    small = image
+    if shrink > 1:
+        small = np.asarray(cv2.resize(image, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
     sized = Lens(replace(camera.lens.camera, width=width, height=height), *_bend(camera.lens))
     camera, there = (replace(c, lens=sized.scaled_to(w, h)) for c in (camera, there))
     front = surface.seen_from(there, h, w)
@@ -142,9 +147,18 @@ def _look(
     with np.errstate(invalid="ignore"):
         inside = (place > -0.5).all(axis=1) & (place[:, 0] < w - 0.5) & (place[:, 1] < h - 0.5)
         cell = np.rint(np.where(inside[:, None], place, 0)).astype(np.int64)
-        foremost = front[cell[:, 1], cell[:, 0]]
-        hidden = seen_at[:, 2] > foremost * (1 + _HIDDEN)
+        hidden = _is_hidden(seen_at[:, 2], front[cell[:, 1], cell[:, 0]], camera)
     return inside & ~hidden, _sampled(small, np.where(inside[:, None], place, 0))
+
+
+def _is_hidden(depth: Floats, front: Floats, camera: PosedCamera) -> NDArray[np.bool_]:
+    """Tell which points lie behind the foremost surface in their pixel.
+
+    The sensor saw them all, so a surface hides a point only if the way from the sensor to the
+    camera moves the two against each other by more than a pixel.
+    """
+    parallax = camera.lens.camera.fx * np.linalg.norm(camera.translation) * (1 / front - 1 / depth)
+    return np.asarray((depth > front * (1 + _HIDDEN)) & (parallax > _PARALLAX))
 
 
 def _bend(lens: Lens) -> tuple[tuple[float, ...], Literal["brown", "fisheye", "inverse"]]:
@@ -171,9 +185,7 @@ def _tone(colors: Floats, reference: Floats, both: NDArray[np.bool_]) -> tuple[F
     ours, theirs = colors[both], reference[both]
     spread = ours.std(axis=0)
     usable = spread > 1
-    gain[usable] = np.clip(
-        theirs.std(axis=0)[usable] / spread[usable], 1 / _MOST_GAIN, _MOST_GAIN
-    )
+    gain[usable] = np.clip(theirs.std(axis=0)[usable] / spread[usable], 1 / _MOST_GAIN, _MOST_GAIN)
     offset = np.asarray(theirs.mean(axis=0) - gain * ours.mean(axis=0), np.float32)
     return gain, offset
 
@@ -185,7 +197,9 @@ def _chosen(
     choice: Choice,
 ) -> Floats:
     """Return the colour of each point in the first camera's tones; anything where unseen."""
-    toned = np.stack([part * gain + offset for part, (gain, offset) in zip(sampled, tones)])
+    toned = np.stack(
+        [part * gain + offset for part, (gain, offset) in zip(sampled, tones, strict=True)]
+    )
     if choice == "blend":
         total = (toned * seen[..., None]).sum(axis=0)
         return np.asarray(total / np.maximum(seen.sum(axis=0), 1)[:, None], np.float32)
@@ -193,20 +207,17 @@ def _chosen(
     return np.asarray(toned[first, np.arange(toned.shape[1])], np.float32)
 
 
-def _borrow(points: Floats, colors: Floats, seen: NDArray[np.bool_]) -> None:
-    """Give points without a colour that of the nearest point with one, in place."""
-    lacking = np.flatnonzero(~seen & np.isfinite(points).all(axis=1))
-    colors[~seen] = 0
-    if len(lacking):
-        colors[lacking] = colors[seen][nearest_points(points[seen], points[lacking])]
-
-
-def nearest_points(points: Floats, to: Floats) -> NDArray[np.int64]:
-    """Return the row of the nearest of `points` to each row of `to`."""
+def _sources(points: Floats, seen: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return whose colour each point has: its own, or for unseen points the nearest seen one's."""
     from scipy.spatial import cKDTree
 
-    _, nearest = cKDTree(points).query(to)
-    return np.asarray(nearest, np.int64)
+    source = np.arange(len(points))
+    source[~seen] = np.flatnonzero(seen)[0]
+    lacking = np.flatnonzero(~seen & np.isfinite(points).all(axis=1))
+    if len(lacking):
+        _, nearest = cKDTree(points[seen]).query(points[lacking])
+        source[lacking] = np.flatnonzero(seen)[nearest]
+    return source
 
 
 def _bytes(colors: Floats) -> Bytes:

@@ -49,5 +49,5 @@ def label_unseen(labels: NDArray[np.int32], scene: Scene) -> NDArray[np.int32]:
     reach = _REACH * float(np.linalg.norm(np.ptp(points[known], axis=0)))
     distance, nearest = cKDTree(points[known]).query(points[lacking], distance_upper_bound=reach)
     near = np.isfinite(distance)
-    flat[np.flatnonzero(lacking)[near]] = flat[known][nearest[near]]
+    flat[np.flatnonzero(lacking)[near]] = flat[known][np.asarray(nearest)[near]]
     return flat.reshape(labels.shape)

@@ -1,0 +1,210 @@
+"""LAS, LAZ and COPC clouds, with laspy (and lazrs for the compressed ones).
+
+The sizes in the header are held against the file before laspy sees it: it allocates what a header
+announces. A COPC file is a LAZ file whose octree is not needed to read all points.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from geohue.errors import GeohueError
+from geohue.io.atomic import atomic_write
+from geohue.io.cloud import CloudData, build_cloud
+from geohue.io.extras import optional
+from geohue.io.files import broken, read_bytes, reason
+
+MAX_POINTS = 1 << 28
+"""Most points that a compressed file may announce."""
+
+_CHUNK = 1_000_000
+_MOST_PER_BYTE = 100  # points that a byte of compressed data stands for
+_HEADER = struct.Struct("<4s20xBB68xHIIBHI")  # up to the old count of points
+_COLORS = ("red", "green", "blue")
+_LABELS = ("segment_id", "label", "scalar_label")
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """What the header says, as far as it must fit the file."""
+
+    count: int
+    record: int
+    compressed: bool
+
+
+def read_las(path: str | Path) -> CloudData:
+    """Read a LAS, LAZ or COPC file.
+
+    Parameters
+    ----------
+    path : path-like
+        LAS 1.0 to 1.4, any point format; compressed files need lazrs too.
+
+    Returns
+    -------
+    CloudData
+        points (N, 3) less `offset`; colours where the point format has them, 16-bit ones
+        recognised; labels from an extra dimension ``segment_id`` or ``label``.
+
+    Raises
+    ------
+    GeohueError
+        If laspy is not installed, or the file is missing, damaged or cut short.
+    """
+    data = read_bytes(path)
+    head = _check_header(data, path)
+    laspy = optional("laspy", "clouds", path)
+    if head.compressed:
+        optional("lazrs", "clouds", path)
+    try:
+        columns = _columns(laspy, data, head)
+    except GeohueError:
+        raise
+    except MemoryError as error:
+        raise broken(path, "needs more memory than there is; thin it first") from error
+    except BaseException as error:  # lazrs is Rust: a panic is no Exception
+        if isinstance(error, KeyboardInterrupt | SystemExit):
+            raise
+        raise broken(path, f"is damaged ({reason(error)}); export it again") from error
+    count = len(columns["x"])
+    if count < head.count:
+        cause = f"is cut short: {count} of {head.count} points"
+        raise broken(path, f"{cause}; copy or export it again")
+    return build_cloud(columns, (count,), path)
+
+
+def _check_header(data: bytes, path: str | Path) -> _Head:
+    if not data.startswith(b"LASF"):
+        raise broken(path, "is not a LAS file (it does not start with 'LASF')")
+    if len(data) < 227:
+        raise broken(path, "is cut short within its header; copy or export it again")
+    _, major, minor, size, start, n_vlrs, form, record, count = _HEADER.unpack_from(data)
+    if (major, minor) >= (1, 4):
+        if len(data) < 375:
+            raise broken(path, "is cut short within its header; copy or export it again")
+        (count,) = struct.unpack_from("<Q", data, 247)
+        _check_extended(data, path)
+    compressed = bool(form & 0x80)
+    body = len(data) - start
+    if major != 1 or not 227 <= size <= start or body < 0 or n_vlrs * 54 > len(data) or record < 20:
+        raise broken(path, "has a damaged LAS header; export it again")
+    if count == 0:
+        raise broken(path, "has no points; export it again")
+    most = body * _MOST_PER_BYTE if compressed else body // record
+    if count > min(most, MAX_POINTS):
+        cause = f"announces {count} points, which do not fit in its {len(data)} bytes"
+        raise broken(path, f"{cause}; copy or export it again")
+    if compressed:
+        _check_chunks(data, start, path)
+    return _Head(count, record, compressed)
+
+
+def _check_extended(data: bytes, path: str | Path) -> None:
+    """Check that the extended records of LAS 1.4 lie in the file, each of them."""
+    position, count = struct.unpack_from("<QI", data, 235)
+    for _ in range(min(count, len(data) // 60 + 1)):
+        if position + 60 > len(data):
+            raise broken(path, "is cut short within its extended records; copy it again")
+        (length,) = struct.unpack_from("<Q", data, position + 20)
+        position += 60 + length
+    if count and position > len(data):
+        raise broken(path, "is cut short within its extended records; copy it again")
+
+
+def _check_chunks(data: bytes, start: int, path: str | Path) -> None:
+    """Check the table of compressed chunks: the decoder allocates as many as it announces."""
+    fits = len(data) >= start + 8
+    (table,) = struct.unpack_from("<q", data, start) if fits else (0,)
+    if table == -1:  # written by a stream: the place of the table comes last
+        (table,) = struct.unpack_from("<q", data, len(data) - 8)
+    if not (fits and start + 8 <= table <= len(data) - 8):
+        raise broken(path, "is cut short: its chunk table is missing; copy or export it again")
+    _, chunks = struct.unpack_from("<II", data, table)
+    if chunks > len(data):
+        raise broken(path, f"is damaged: it announces {chunks} chunks; export it again")
+
+
+def _columns(laspy: Any, data: bytes, head: _Head) -> dict[str, NDArray[Any]]:
+    """Read chunk by chunk, so that a lying header costs no more than the data behind it."""
+    import io
+
+    parts: dict[str, list[NDArray[Any]]] = {}
+    with laspy.open(io.BytesIO(data)) as reader:
+        names = set(reader.header.point_format.dimension_names)
+        wanted = [n for n in _COLORS if names.issuperset(_COLORS)]
+        label = next((n for n in _LABELS if n in names), None)
+        for chunk in reader.chunk_iterator(min(_CHUNK, head.count)):
+            for name in ("x", "y", "z"):
+                parts.setdefault(name, []).append(np.array(chunk[name], np.float64))
+            for name in wanted:
+                parts.setdefault(name, []).append(np.array(chunk[name]))
+            if label is not None:
+                parts.setdefault("label", []).append(np.array(chunk[label]))
+    return {name: np.concatenate(values) for name, values in parts.items()} or {
+        name: np.empty(0) for name in "xyz"
+    }
+
+
+def write_las(
+    path: str | Path,
+    points: ArrayLike,
+    colors: ArrayLike,
+    labels: ArrayLike,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> None:
+    """Write a labelled cloud as LAS 1.4, or LAZ where the name ends so; whole or not at all.
+
+    Coordinates are kept to a millionth of the cloud's extent or finer (whole numbers of a power
+    of ten), colours as 16 bits (257 times the 8-bit value), labels in the extra dimension
+    ``segment_id`` (int32).
+
+    Parameters
+    ----------
+    path : path-like
+        ``.las`` or ``.laz``.
+    points : (N, 3)
+        Finite coordinates.
+    colors : (N, 3) uint8
+        sRGB.
+    labels : (N,) integers
+        -1 for none.
+    offset : (3,)
+        Added to the coordinates in float64: `CloudData.offset`.
+
+    Raises
+    ------
+    GeohueError
+        If laspy is not installed, the shapes do not fit, or the file cannot be written.
+    """
+    laspy = optional("laspy", "clouds", path)
+    xyz, rgb = np.asarray(points, np.float64), np.asarray(colors, np.uint8)
+    label, place = np.asarray(labels, np.int32), np.asarray(offset, np.float64)
+    if xyz.shape != (label.size, 3) or rgb.shape != xyz.shape or label.size == 0:
+        shapes = f"points {xyz.shape}, colours {rgb.shape}, labels {label.shape}"
+        raise broken(path, f"not written: {shapes} do not fit together")
+    if not np.isfinite(xyz).all():
+        raise broken(path, "not written: LAS has no place for points without coordinates")
+    header = laspy.LasHeader(point_format=7, version="1.4")
+    header.add_extra_dim(laspy.ExtraBytesParams(name="segment_id", type=np.int32))
+    low, high = xyz.min(axis=0), xyz.max(axis=0)
+    extent = float((high - low).max()) or float(np.abs(high).max()) or 1.0
+    header.scales = np.full(3, 10.0 ** np.floor(np.log10(extent / 1e8)))
+    header.offsets = place + (low + high) / 2
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = (xyz[:, i] + place[i] for i in range(3))
+    cloud.red, cloud.green, cloud.blue = (rgb[:, i].astype(np.uint16) * 257 for i in range(3))
+    cloud.segment_id = label
+    with atomic_write(path) as temporary:
+        try:
+            cloud.write(temporary)
+        except OSError:
+            raise
+        except Exception as error:
+            raise broken(path, f"not written ({reason(error)})") from error
