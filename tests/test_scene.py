@@ -117,7 +117,7 @@ class TestThinning:
         one = Scene.from_cloud(points, colors)
         two = Scene.from_cloud(points[order], colors[order])
         drawn = [s.take(s.thinning(50, np.random.default_rng(3))).points for s in (one, two)]
-        assert np.array_equal(*drawn)
+        assert np.array_equal(drawn[0], drawn[1])
 
     def test_small_scenes_stay_whole(self) -> None:
         scene = Scene.from_image(np.zeros((3, 3, 3), np.uint8))

@@ -123,7 +123,7 @@ class TestLaws:
     def test_scale_and_pose_of_the_geometry_change_nothing(self, scale: float, seed: int) -> None:
         scene, _ = parts_cloud(seed)
         turn = Rotation.random(rng=np.random.default_rng(seed))
-        moved = scale * (turn.apply(scene.points.astype(float)) + [3, -2, 7])
+        moved = scale * (turn.apply(scene.points.astype(float)) + np.array([3, -2, 7]))
         one = segment(scene, 3, 1.5, LIGHT)
         two = segment(Scene.from_cloud(moved, scene.colors), 3, 1.5, LIGHT)
         assert np.array_equal(one.labels, two.labels)

@@ -61,7 +61,8 @@ def paint(labels: NDArray[np.int32]) -> NDArray[np.uint8]:
     >>> paint(np.array([0, -1], np.int32)).tolist()
     [[0, 114, 178], [40, 40, 40]]
     """
-    table = np.vstack([palette(int(labels.max(initial=-1)) + 1), np.uint8([NO_LABEL])])
+    colors = palette(int(labels.max(initial=-1)) + 1)
+    table = np.concatenate([colors, np.array([NO_LABEL], np.uint8)])  # -1 is the last row
     return np.asarray(table[labels])
 
 

@@ -69,6 +69,7 @@ class TestSegment:
         assert printed["n_labelled"] == printed["n_points"] == 60 * 90
         assert {"features", "weight", "cut", "fill", "total"} <= set(printed["timings_s"])
         labels = cv2.imread(str(out / "labels.png"), cv2.IMREAD_UNCHANGED)
+        assert labels is not None
         assert labels.dtype == np.uint16
         assert np.unique(labels).tolist() == [1, 2, 3]
         made = sorted(file.name for file in out.iterdir())

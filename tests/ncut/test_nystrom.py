@@ -64,7 +64,7 @@ class TestNystrom:
         assert np.abs(twins.aligned(v_two, v_one) - v_one).max() < 1e-8
         cut = nystrom_cut(x, x[:n], ALONE, m, scale)
         assert np.abs(cut.eigenvalues - one).max() < 1e-10
-        entries = twins.aligned(cut.entries(x, m), v_one)
+        entries = twins.aligned(cut.entries(x, m).astype(float), v_one)
         assert np.abs(entries - v_one).max() < 1e-8
 
     def test_with_every_point_a_landmark_it_is_the_exact_cut(self) -> None:
@@ -72,7 +72,7 @@ class TestNystrom:
         values, vectors = twins.exact_cut(twins.dense_affinity(x, x, 0.5), 5)
         cut = nystrom_cut(x, x, ALONE, 5, 0.5)
         assert np.abs(cut.eigenvalues - values).max() < 1e-9
-        entries = twins.aligned(cut.entries(x, 5), vectors)
+        entries = twins.aligned(cut.entries(x, 5).astype(float), vectors)
         assert np.abs(entries - vectors).max() < 1e-6
 
     def test_few_landmarks_come_close_to_the_exact_cut(self) -> None:

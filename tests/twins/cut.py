@@ -62,4 +62,4 @@ def one_shot_nystrom(a: Array, b: Array, m: int) -> tuple[Array, Array]:
 
 def aligned(vectors: Array, reference: Array) -> Array:
     """Flip each column so that it points the way of the reference's."""
-    return vectors * np.sign((vectors * reference).sum(axis=0))
+    return np.asarray(vectors * np.sign((vectors * reference).sum(axis=0)))

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from twins.quality import literal_quality
 
 from geohue import GeohueError, Scene
 from geohue.weight.quality import QualityMetric
+from twins.quality import literal_quality
 
 
 def frame(rgb: NDArray[np.uint8], depth: NDArray[np.floating]) -> Scene:
@@ -83,7 +83,7 @@ def test_a_thin_segment_has_no_texture_and_no_nan() -> None:
 
 @st.composite
 def small_scenes(
-    draw: st.DrawFn, grid: bool = True
+    draw: st.DrawFn,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float64], NDArray[np.int32]]:
     rng = np.random.default_rng(draw(st.integers(0, 2**20)))
     h, w = draw(st.integers(3, 9)), draw(st.integers(3, 9))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from geohue.arrays import Floats
 
 SCALE = 0.4
 """Width of the Gaussian in units of the spread of the data, see `affinity`."""
@@ -12,9 +13,7 @@ FAINTEST = -40.0
 """Log-affinity below which a point counts as seen by no landmark, see `affinity`."""
 
 
-def affinity(
-    vectors: NDArray[np.float32], landmarks: NDArray[np.float32], scale: float = SCALE
-) -> NDArray[np.float32]:
+def affinity(vectors: Floats, landmarks: Floats, scale: float = SCALE) -> Floats:
     r"""Affinity of each point to each landmark.
 
     .. math:: w_{ij} = \exp\left(-\frac{\|x_i - z_j\|^2}{2 s^2}\right)
@@ -58,4 +57,4 @@ def affinity(
         log_w[faint] += (FAINTEST - log_w[faint].max(axis=1))[:, None]
     # Rounding may pass 0 by a hair; below -80 the numbers would be denormal, hence slow.
     np.clip(log_w, -80, 0, out=log_w)
-    return np.exp(log_w, out=log_w)
+    return np.asarray(np.exp(log_w, out=log_w))

@@ -8,13 +8,12 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from geohue.arrays import Floats
 from geohue.errors import GeohueError
 from geohue.ncut.lloyd import lloyd, spread_seeds
 
 Labelling = Literal["kmeans", "rotation", "qr"]
 LABELLINGS: tuple[Labelling, ...] = get_args(Labelling)
-
-Floats = NDArray[np.floating]
 
 
 def find_centers(
@@ -50,16 +49,16 @@ def find_centers(
     GeohueError
         For an unknown labelling.
     """
-    rows = rows.astype(np.float64)
+    y = rows.astype(np.float64)
     if k == 1:
-        return np.ones((1, rows.shape[1]))
-    rotation = _qr_rotation(rows)
+        return np.ones((1, y.shape[1]))
+    rotation = _qr_rotation(y)
     if labelling == "qr":
         return rotation.T
     if labelling == "rotation":
-        return _yu_shi(rows, rotation).T
+        return _yu_shi(y, rotation).T
     if labelling == "kmeans":
-        return _kmeans(rows, k, _most_orthogonal(rows, k), restarts, rng)
+        return _kmeans(y, k, _most_orthogonal(y, k), restarts, rng)
     raise GeohueError(f"labelling {labelling!r}: choose one of {', '.join(LABELLINGS)}")
 
 

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.arrays import Floats
 from geohue.errors import GeohueError
 from geohue.ncut.lloyd import lloyd
 
@@ -18,7 +19,7 @@ SAMPLE = 8192
 
 
 def choose_landmarks(
-    vectors: NDArray[np.float32], n: int, choice: Choice, rng: np.random.Generator
+    vectors: Floats, n: int, choice: Choice, rng: np.random.Generator
 ) -> NDArray[np.int64]:
     """Choose `n` points that represent all.
 
@@ -69,9 +70,7 @@ def choose_landmarks(
     return sample[np.unique(rows)]
 
 
-def _nearest_to_centers(
-    vectors: NDArray[np.float32], n: int, rng: np.random.Generator
-) -> NDArray[np.int64]:
+def _nearest_to_centers(vectors: Floats, n: int, rng: np.random.Generator) -> NDArray[np.int64]:
     from scipy.spatial import cKDTree
 
     start = vectors[np.sort(rng.choice(len(vectors), n, replace=False))].astype(np.float64)
@@ -80,9 +79,7 @@ def _nearest_to_centers(
     return np.asarray(nearest, np.int64)
 
 
-def _farthest_first(
-    vectors: NDArray[np.float32], n: int, rng: np.random.Generator
-) -> NDArray[np.int64]:
+def _farthest_first(vectors: Floats, n: int, rng: np.random.Generator) -> NDArray[np.int64]:
     rows = np.empty(n, np.int64)
     rows[0] = rng.integers(len(vectors))
     distance = np.full(len(vectors), np.inf, np.float32)

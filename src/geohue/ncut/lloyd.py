@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.floating]
+from geohue.arrays import Floats
 
 
 def nearest_center(rows: Floats, centers: Floats) -> NDArray[np.int32]:

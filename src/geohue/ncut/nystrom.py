@@ -9,13 +9,12 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from geohue.arrays import Floats
 from geohue.ncut.affinity import SCALE, affinity
 from geohue.parallel import Workers
 
 MEMORY = 256 * 2**20
 """Bytes of affinities kept between the passes; beyond it they are computed again."""
-
-Floats = NDArray[np.floating]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -157,7 +156,7 @@ def _degrees(c: Floats, to_degree: Floats) -> Floats:
     return np.maximum(c @ to_degree, 1)
 
 
-def _inverse_root(a: NDArray[np.float64], dtype: np.dtype[np.floating]) -> NDArray[np.float64]:
+def _inverse_root(a: Floats, dtype: np.dtype[np.floating]) -> NDArray[np.float64]:
     """Return F with ``F F^T`` the pseudo-inverse of `a`, without its numerically empty part.
 
     The cut-off follows the precision of the affinities that F will be applied to.

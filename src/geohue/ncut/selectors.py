@@ -95,7 +95,7 @@ def elongated_kmeans(
     >>> elongated_kmeans(np.repeat(np.eye(3), 20, axis=0))
     3
     """
-    k_max = entries.shape[1]
+    k_max = int(entries.shape[1])
     for q in range(2, k_max):
         if _share_at_origin(entries[:, :q], sharpness) <= tolerance:
             return q
