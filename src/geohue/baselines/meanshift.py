@@ -27,7 +27,8 @@ from geohue.ncut.lloyd import nearest_center
 QUANTILE = 0.15
 """Share of the points within a bandwidth of a point, on average.
 
-Half of scikit-learn's own default of 0.3, with which three scenes of six become one segment.
+Half of scikit-learn's own default of 0.3, with which the fusion of five test scenes out of six
+becomes one segment.
 """
 
 SAMPLE = 4_000
