@@ -13,6 +13,9 @@ from scipy.spatial.transform import Rotation
 from sklearn.metrics import adjusted_rand_score
 
 from geohue import PRESETS, GeohueError, Intrinsics, Scene, segment
+from geohue.baselines import BASELINES
+from geohue.clusterers import METHODS
+from geohue.features import CUES
 
 LIGHT = replace(PRESETS["paper"], landmarks=60, draft_points=2000)
 law = settings(
@@ -115,6 +118,42 @@ class TestFinds:
         points[::7] = np.nan
         labels = segment(Scene.from_cloud(points, scene.colors), k=3).labels
         assert np.array_equal(labels < 0, np.isnan(points[:, 0]))
+
+
+class TestMethods:
+    @pytest.mark.parametrize("method", METHODS)
+    def test_every_method_gives_the_same_kind_of_result(
+        self, method: str, three_boxes: tuple[Scene, NDArray[np.int32]]
+    ) -> None:
+        scene, truth = three_boxes
+        cues = BASELINES[method].cues if method in BASELINES else CUES
+        for cue in cues:
+            result = segment(scene, 3, cues=cue, method=method, preset="fast")
+            assert (result.method, result.n_labelled) == (method, truth.size)
+            assert set(np.unique(result.labels)) == set(range(result.k))
+            again = segment(scene, 3, cues=cue, method=method, preset="fast", threads=1)
+            assert np.array_equal(result.labels, again.labels)
+
+    @pytest.mark.parametrize("method", ["nncsc", "kmeans", "felzenszwalb"])
+    def test_fusion_finds_the_three_boxes(
+        self, method: str, three_boxes: tuple[Scene, NDArray[np.int32]]
+    ) -> None:
+        scene, truth = three_boxes
+        assert agreement(segment(scene, 3, method=method).labels, truth) > 0.9
+
+    def test_cues_and_scenes_that_a_method_is_not_defined_for(
+        self, three_boxes: tuple[Scene, NDArray[np.int32]]
+    ) -> None:
+        with pytest.raises(GeohueError, match="choose 'color' or 'geometry'"):
+            segment(three_boxes[0], 3, method="edison")
+        cloud, _ = parts_cloud(0, 30)
+        with pytest.raises(GeohueError, match="needs a grid"):
+            segment(cloud, 3, method="bleiweiss-werman")
+
+    def test_clouds_too(self) -> None:
+        scene, truth = parts_cloud(4, 300)
+        for method in ("kmeans", "meanshift", "felzenszwalb"):
+            assert agreement(segment(scene, 3, method=method).labels, truth) > 0.9
 
 
 class TestLaws:

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.clusterers import Clusterer, check_method, make_clusterer
 from geohue.errors import GeohueError
 from geohue.features import Cues, extract_features, lab_of
 from geohue.fill import fill_labels
@@ -22,9 +23,6 @@ from geohue.weight.search import Curve, search_weight
 
 K_LIMIT = 255
 """Most segments that may be asked for."""
-
-METHODS = ("nncsc",)
-"""Normalized cuts with the Nystrom method: the paper's."""
 
 
 def segment(
@@ -56,8 +54,10 @@ def segment(
         The settings.
     cues : {"fusion", "color", "geometry"}
         What to go by.
-    method : {"nncsc"}
-        The clusterer.
+    method : str
+        "nncsc", the paper's normalized cut, or a compared system of `geohue.baselines`: kmeans,
+        meanshift, felzenszwalb, edison, bleiweiss-werman, calderero-marques. Some of these find
+        their own number of segments, or have weights of their own.
     seed : int
         The source of chance, not negative: the same scene, seed and version give the same
         labels.
@@ -89,7 +89,8 @@ def segment(
     (2, [0, 0, 1, 1])
     """
     settings, clock = preset_named(preset), StageClock(progress)
-    _check_arguments(scene, k, weight, method, seed, components)
+    _check_arguments(scene, k, weight, seed, components)
+    check_method(method, cues, scene.is_grid)
     notes = list(scene.warnings)
     with workers(threads) as team:
         with clock.stage("features"):  # Sec. II: eq. 1-5
@@ -99,17 +100,14 @@ def segment(
             most = settings.k_max if k == "auto" else k
             _check_count(len(features), k)
             cutter = Cutter(features, draft, settings, team, seed, most)
+            splitter = make_clusterer(method, cutter, scene, features, draft, team, seed)
         with clock.stage("k"):  # Sec. III: how many segments
-            start = _fixed_weight(weight, cues)
-            n = cutter.choose_k(1.0 if start is None else start) if k == "auto" else k
+            fixed = _fixed_weight(weight, cues, splitter)
+            n = cutter.choose_k(_or_balanced(fixed)) if k == "auto" else k
         with clock.stage("weight"):  # Sec. IV: eq. 6-17
-            lam, curve = (
-                (start, [])
-                if start is not None
-                else _search(cutter, scene, draft, n, settings, team)
-            )
+            lam, curve = _search(fixed, splitter, scene, draft, n, settings, team)
         with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
-            labels = cutter.labels(lam, n)
+            labels = splitter.labels(lam, n)
         with clock.stage("refine"):  # Sec. III: small regions, on grids
             labels = _refined(labels, scene, settings)
         with clock.stage("quality"):  # eq. 17
@@ -121,7 +119,7 @@ def segment(
             labels = connected_components(labels)
         labels, _ = relabel(labels)
     found = int(labels.max()) + 1
-    notes += _shortfalls(found, n, components)
+    notes += _shortfalls(found, n, components) if splitter.uses_k else []
     return Segmentation(
         labels,
         found,
@@ -141,7 +139,6 @@ def _check_arguments(
     scene: Scene,
     k: int | Literal["auto"],
     weight: float | Literal["auto"],
-    method: str,
     seed: int,
     components: bool,
 ) -> None:
@@ -149,8 +146,6 @@ def _check_arguments(
         raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
     if weight != "auto" and not (isinstance(weight, int | float | np.number) and weight >= 0):
         raise GeohueError(f'weight is {weight!r}: expected "auto" or a number of at least 0')
-    if method not in METHODS:
-        raise GeohueError(f"method {method!r}: choose one of {', '.join(METHODS)}")
     if not (_is_whole(seed) and seed >= 0):
         raise GeohueError(f"seed is {seed!r}: expected a whole number of at least 0")
     if components and not scene.is_grid:
@@ -166,24 +161,39 @@ def _check_count(n_points: int, k: int | Literal["auto"]) -> None:
         raise GeohueError(f"{n_points} usable point(s) cannot form {k} segments: lower k")
 
 
-def _fixed_weight(weight: float | Literal["auto"], cues: Cues) -> float | None:
+def _fixed_weight(weight: float | Literal["auto"], cues: Cues, splitter: Clusterer) -> float | None:
     """Return the weight if it need not be searched."""
     if cues == "fusion":
+        if not splitter.uses_weight:
+            return math.nan
         return None if weight == "auto" else float(weight)
     return 0.0 if cues == "color" else math.inf
 
 
+def _or_balanced(weight: float | None) -> float:
+    """Return the weight if there is one, else 1."""
+    return 1.0 if weight is None or math.isnan(weight) else weight
+
+
 def _search(
-    cutter: Cutter, scene: Scene, draft: NDArray[np.int64], k: int, settings: Preset, team: Workers
+    fixed: float | None,
+    splitter: Clusterer,
+    scene: Scene,
+    draft: NDArray[np.int64],
+    k: int,
+    settings: Preset,
+    team: Workers,
 ) -> tuple[float, Curve]:
-    """Maximise Q over the weight, on the draft."""
-    if k == 1:
+    """Maximise Q over the weight, on the draft, unless the weight is fixed."""
+    if fixed is not None:
+        return fixed, []
+    if k == 1 and splitter.uses_k:
         return 1.0, []
     small = scene.take(draft)
     metric = QualityMetric(small)
 
     def score(weight: float) -> float | None:
-        quality = metric(_refined(cutter.draft_labels(weight, k), small, settings))
+        quality = metric(_refined(splitter.draft_labels(weight, k), small, settings))
         return quality.total if quality else None
 
     return search_weight(score, team, settings.weights, settings.refinements)

@@ -31,7 +31,8 @@ class Segmentation:
     k : int
         Number of segments.
     weight : float
-        The paper's lambda that was used: 0 for colour alone, infinity for geometry alone.
+        The paper's lambda that was used: 0 for colour alone, infinity for geometry alone, NaN
+        for a compared system that has none.
     quality : float or None
         Q of eq. 17 for `labels`; None with fewer than two segments or without geometry.
     weight_curve : list of (float, float)
@@ -67,7 +68,7 @@ class Segmentation:
         return int((self.labels >= 0).sum())
 
     def summary(self) -> dict[str, Any]:
-        """Return everything but the labels, ready for JSON (an infinite weight becomes None)."""
+        """Return everything but the labels, ready for JSON (a weight not finite becomes None)."""
         return {
             "version": __version__,
             "method": self.method,

@@ -40,7 +40,10 @@ def segment(
     ] = "auto",
     cues: Annotated[str, typer.Option(help="fusion, color or geometry.")] = "fusion",
     preset: Annotated[str, typer.Option(help="paper, fast or best.")] = "paper",
-    method: Annotated[str, typer.Option(help="nncsc (the paper's).")] = "nncsc",
+    method: Annotated[
+        str,
+        typer.Option(help="nncsc (the paper's), or a compared system: kmeans, meanshift, ..."),
+    ] = "nncsc",
     seed: Annotated[int, typer.Option(help="Source of chance.")] = 0,
     components: Annotated[
         bool, typer.Option("--components", help="Number connected pieces one by one.")

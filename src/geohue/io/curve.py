@@ -48,4 +48,6 @@ def draw_weight_curve(path: str | Path, seg: Segmentation) -> None:
 
 
 def _name(weight: float) -> str:
+    if math.isnan(weight):
+        return "none"
     return {0.0: "0 (colour only)", math.inf: "∞ (geometry only)"}.get(weight, f"{weight:.3g}")

@@ -41,6 +41,9 @@ class Cutter:
         Most segments that will be asked for; there are at least twice as many landmarks.
     """
 
+    uses_weight = True
+    uses_k = True
+
     def __init__(
         self,
         features: Features,
