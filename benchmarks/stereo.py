@@ -270,8 +270,8 @@ def report(data: Path, k: int, seeds: int, wanted: set[str]) -> str:
                          for n in ("one + fill", "two + fill"))], borders),
     ]  # fmt: skip
     if not wanted:
-        parts += ["\nPairs without ground truth:\n",
-                  table(["pair", "density, %", "warping error, matched"], others(data))]  # fmt: skip
+        head_others = ["pair", "density, %", "warping error, matched"]
+        parts += ["\nPairs without ground truth:\n", table(head_others, others(data))]
     if said:
         parts += [
             "\nAloe, third size, share of the pixels with the right label, % (mean and deviation "
