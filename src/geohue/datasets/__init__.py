@@ -1,5 +1,7 @@
-"""Scenes that come with geohue or its dependencies."""
+"""Scenes that come with geohue or its dependencies, and data sets as they are published."""
 
+from geohue.datasets.frames import Dataset, Frame
+from geohue.datasets.layouts import LAYOUTS, open_dataset
 from geohue.datasets.samples import SAMPLES, load_sample
 
-__all__ = ["SAMPLES", "load_sample"]
+__all__ = ["LAYOUTS", "SAMPLES", "Dataset", "Frame", "load_sample", "open_dataset"]

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
 from geohue.scene import Scene
+
+if TYPE_CHECKING:
+    from geohue.stereo.rig import StereoRig
 
 
 def motorcycle() -> Scene:
@@ -22,19 +27,42 @@ def motorcycle() -> Scene:
     D. Scharstein et al., "High-resolution stereo datasets with subpixel-accurate ground truth",
     GCPR 2014.
     """
+    left, _, disparity, rig = _motorcycle_pair()
+    return Scene.from_rgbd(left, rig.depth(disparity), rig.left)
+
+
+def motorcycle_stereo() -> Scene:
+    """Return the motorcycle with the colours of both views (eq. 19)."""
+    left, right, disparity, rig = _motorcycle_pair()
+    return Scene.from_stereo(left, right, rig, disparity)
+
+
+def motorcycle_matched() -> Scene:
+    """Return the motorcycle from its two images alone: the disparity is matched."""
+    left, right, _, rig = _motorcycle_pair()
+    return Scene.from_stereo(left, right, rig)
+
+
+def _motorcycle_pair() -> tuple[
+    NDArray[np.uint8], NDArray[np.uint8], NDArray[np.float32], StereoRig
+]:
     from skimage.data import stereo_motorcycle
 
-    left, _, disparity = stereo_motorcycle()
-    focal, baseline, doffs = 994.978, 0.193001, 31.086
-    with np.errstate(invalid="ignore"):
-        depth = baseline * focal / (disparity + doffs)
-    depth[~np.isfinite(disparity)] = np.nan
-    height, width = depth.shape
-    camera = Intrinsics(focal, focal, 311.193, 254.877, width, height)
-    return Scene.from_rgbd(left, depth, camera)
+    from geohue.stereo.rig import StereoRig
+
+    left, right, disparity = stereo_motorcycle()
+    height, width = disparity.shape
+    focal, cx, cy, doffs = 994.978, 311.193, 254.877, 31.086
+    cameras = [Intrinsics(focal, focal, x, cy, width, height) for x in (cx, cx + doffs)]
+    known = np.where(np.isfinite(disparity), disparity, np.nan).astype(np.float32)
+    return left, right, known, StereoRig(cameras[0], cameras[1], baseline=0.193001)
 
 
-SAMPLES: dict[str, Callable[[], Scene]] = {"motorcycle": motorcycle}
+SAMPLES: dict[str, Callable[[], Scene]] = {
+    "motorcycle": motorcycle,
+    "motorcycle-stereo": motorcycle_stereo,
+    "motorcycle-matched": motorcycle_matched,
+}
 """The samples by name."""
 
 
@@ -43,7 +71,8 @@ def load_sample(name: str) -> Scene:
 
     Parameters
     ----------
-    name : {"motorcycle"}
+    name : str
+        One of `SAMPLES`.
 
     Returns
     -------

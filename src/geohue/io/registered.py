@@ -130,12 +130,12 @@ def read_range(path: str | Path, rig: Rig, depth_scale: float | str | None = Non
         given = rig.depth_unit
     model = rig.disparity
     named = isinstance(given, str) and given.strip().lower() == "kinect"
-    if model is not None and (named or (given is None and _looks_raw(path))):
+    if model is not None and (named or (given is None and looks_raw(path))):
         return read_depth(path, DepthUnit(1.0, model.depth))
     return read_depth(path, None if given is None else depth_unit(given))
 
 
-def _looks_raw(path: str | Path) -> bool:
+def looks_raw(path: str | Path) -> bool:
     """Whether a picture holds 11-bit disparities: all at most 2047, and 2047 the mark for none."""
     from geohue.io.images import _decode
 

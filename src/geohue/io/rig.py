@@ -261,7 +261,8 @@ def _kitti(text: str, path: str | Path) -> Rig:
 def _kitti_camera(P: Vector, velo_to_rect: Vector, name: str) -> PosedCamera:
     """Split ``P = K [I | t]``; `velo_to_rect` brings LiDAR points to the rectified camera 0."""
     K = P[:, :3]
-    lens = Lens(Intrinsics(K[0, 0], K[1, 1], K[0, 2], K[1, 2]))
+    fx, fy, cx, cy = (float(K[i]) for i in ((0, 0), (1, 1), (0, 2), (1, 2)))
+    lens = Lens(Intrinsics(fx, fy, cx, cy))
     shift = np.linalg.solve(K, P[:, 3])
     return PosedCamera(lens, velo_to_rect[:3, :3], velo_to_rect[:3, 3] + shift, name)
 
