@@ -231,7 +231,7 @@ class TestMistakes:
             ([color, str(cut)], "cut.png"),
             ([color, str(empty)], "all depth is missing"),
             ([color], "all depth is missing"),
-            ([], "nothing to segment"),
+            ([], "no scene"),
             (["--sample", "car"], "motorcycle"),
             ([color, "--sample", "motorcycle"], "choose one"),
         ):

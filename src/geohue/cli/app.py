@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from geohue.cli.benchmark import benchmark
+from geohue.cli.calibrate import calibrate
 from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
 from geohue.cli.register import register
@@ -22,7 +23,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, register, evaluate, benchmark, info):
+for command in (segment, register, calibrate, evaluate, benchmark, info):
     app.command()(command)
 
 

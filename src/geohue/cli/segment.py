@@ -3,36 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from geohue.cli import options
 from geohue.cli.console import number_or_auto, print_json, stage_bar, warn, whole_or_auto
-from geohue.errors import GeohueError
-
-if TYPE_CHECKING:
-    from geohue.scene import Scene
 
 
 def segment(
-    source: Annotated[
-        Path | None,
-        typer.Argument(metavar="COLOR|CLOUD", help="Colour image, or a cloud (.ply, .pcd)."),
-    ] = None,
-    depth: Annotated[
-        Path | None,
-        typer.Argument(metavar="[DEPTH]", help="Depth map registered to the image."),
-    ] = None,
-    sample: Annotated[
-        str | None, typer.Option(help="Segment a built-in scene instead: motorcycle.")
-    ] = None,
-    intrinsics: Annotated[
-        str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth map.")
-    ] = None,
-    depth_scale: Annotated[
-        float | None,
-        typer.Option(metavar="M_PER_UNIT", help="Metres per unit of the depth map."),
-    ] = None,
+    source: options.Source = None,
+    depth: options.Depth = None,
+    sample: options.Sample = None,
+    intrinsics: options.Intrinsics = None,
+    depth_scale: options.DepthScale = None,
+    right: options.Right = None,
+    disparity: options.Disparity = None,
+    disparity_scale: options.DisparityScale = None,
+    calib: options.Calib = None,
+    views: options.Views = 2,
     k: Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")] = "auto",
     weight: Annotated[
         str,
@@ -54,15 +43,13 @@ def segment(
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Where results go [geohue-out]."),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print result.json on standard output.")
-    ] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Split a scene into its parts.
 
-    Give an image and its depth map, a coloured cloud, or --sample motorcycle. Labels, pictures,
-    the labelled cloud and a summary are written to the folder of -o (with --json and without
-    -o, nothing is written).
+    Give an image and its depth map, a stereo pair (COLOR --right IMAGE), a coloured cloud, or
+    --sample motorcycle. Labels, pictures, the labelled cloud and a summary are written to the
+    folder of -o (with --json and without -o, nothing is written).
     """
     wanted_k = whole_or_auto(k, "-k")
     wanted_weight = number_or_auto(weight, "--lambda")
@@ -71,7 +58,18 @@ def segment(
         from geohue.io.results import write_results
         from geohue.segment import segment as run
 
-        scene = _load(source, depth, sample, intrinsics, depth_scale)
+        scene = options.load_scene(
+            source,
+            depth,
+            sample,
+            intrinsics=intrinsics,
+            depth_scale=depth_scale,
+            right=right,
+            disparity=disparity,
+            disparity_scale=disparity_scale,
+            calib=calib,
+            views=views,
+        )
         seg = run(
             scene,
             wanted_k,
@@ -95,23 +93,3 @@ def segment(
     if files:
         names = ", ".join(file.name for file in files)
         typer.echo(f"{folder}: {names}", err=as_json)
-
-
-def _load(
-    source: Path | None,
-    depth: Path | None,
-    sample: str | None,
-    intrinsics: str | None,
-    depth_scale: float | None,
-) -> Scene:
-    if sample is not None:
-        if source is not None:
-            raise GeohueError(f"both {source} and --sample {sample} given: choose one")
-        from geohue.datasets import load_sample
-
-        return load_sample(sample)
-    if source is None:
-        raise GeohueError("nothing to segment: give COLOR DEPTH, a cloud, or --sample motorcycle")
-    from geohue.io.scenes import read_scene
-
-    return read_scene(source, depth, intrinsics, depth_scale)

@@ -1,0 +1,84 @@
+"""``geohue calibrate``: two cameras from pictures of a checkerboard."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from geohue.cli.console import print_json, warn
+from geohue.cli.options import AsJson
+from geohue.errors import GeohueError
+
+
+def calibrate(
+    images: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="LEFT... RIGHT...", help="All left pictures, then all right ones, in one order."
+        ),
+    ],
+    pattern: Annotated[
+        str, typer.Option(metavar="COLSxROWS", help="Inner corners of the board.")
+    ] = "9x6",
+    square: Annotated[
+        float, typer.Option(metavar="METRES", help="Side of a square; the unit of the baseline.")
+    ] = 1.0,
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="Where results go.")
+    ] = Path("geohue-calibration"),
+    as_json: AsJson = False,
+) -> None:
+    """Calibrate a stereo pair from pictures of a checkerboard.
+
+    Writes stereo.yml (OpenCV: K1 D1 K2 D2 R T) for --calib, and rectified.png, the first pair
+    rectified with level lines that must meet the same points in both views.
+    """
+    from geohue.io import read_color, write_png
+    from geohue.io.stereo_calibration import write_stereo_calibration
+    from geohue.stereo import calibrate_stereo, epipolar_preview
+
+    if len(images) % 2:
+        raise GeohueError(f"{len(images)} pictures: give as many right ones as left ones")
+    half = len(images) // 2
+    pairs = [(read_color(a), read_color(b)) for a, b in zip(images[:half], images[half:])]  # noqa: B905
+    names = [path.name for path in images[:half]]
+    found = calibrate_stereo(pairs, _pattern(pattern), square, names=names)
+    errors = {
+        "reprojection_error_px": found.error,
+        "left_error_px": found.left_error,
+        "right_error_px": found.right_error,
+    }
+    write_stereo_calibration(out / "stereo.yml", found.rig, errors)
+    first = pairs[found.used[0]]
+    write_png(out / "rectified.png", epipolar_preview(*first, found.rig))
+    warn(found.warnings)
+    views = [
+        {"left": names[i], "left_error_px": float(a), "right_error_px": float(b)}
+        for i, (a, b) in zip(found.used, found.view_errors, strict=True)
+    ]
+    left, right = found.rig.left, found.rig.right
+    report = {
+        **errors,
+        "left_fx_fy_cx_cy": [left.fx, left.fy, left.cx, left.cy],
+        "right_fx_fy_cx_cy": [right.fx, right.fy, right.cx, right.cy],
+        "baseline": found.rig.baseline,
+        "views": views,
+        "warnings": list(found.warnings),
+    }
+    if as_json:
+        print_json(report)
+        return
+    for view in views:
+        typer.echo(f"{view['left']:24} {view['left_error_px']:.3f} {view['right_error_px']:.3f} px")
+    typer.echo(f"reprojection error {found.error:.3f} px over {len(views)} pairs")
+    typer.echo(f"{out}: stereo.yml, rectified.png")
+
+
+def _pattern(text: str) -> tuple[int, int]:
+    try:
+        columns, rows = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise GeohueError(f"--pattern {text}: expected inner corners, such as 9x6") from None
+    return columns, rows
