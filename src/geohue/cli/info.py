@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 def info(
     source: Annotated[
-        Path, typer.Argument(metavar="COLOR|CLOUD", help="Colour image, or a cloud (.ply, .pcd).")
+        Path,
+        typer.Argument(
+            metavar="COLOR|CLOUD|DATASET",
+            help="Colour image, cloud, or folder or recording of a data set.",
+        ),
     ],
     depth: Annotated[
         Path | None, typer.Argument(metavar="[DEPTH]", help="Depth map registered to the image.")
@@ -25,22 +29,75 @@ def info(
         str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth map.")
     ] = None,
     depth_scale: Annotated[
-        float | None,
-        typer.Option(metavar="M_PER_UNIT", help="Metres per unit of the depth map."),
+        str | None,
+        typer.Option(metavar="M_PER_UNIT|NAME", help="Unit of the depth map: 0.001, tum, sun."),
+    ] = None,
+    layout: Annotated[
+        str | None, typer.Option(help="Layout of the data set, if it is not to be guessed.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON object.")] = False,
 ) -> None:
-    """Tell what was found in the files of a scene and how it is read."""
-    from geohue.io.scenes import read_scene
-
-    scene = read_scene(source, depth, intrinsics, depth_scale)
-    facts = describe(scene)
-    warn(scene.warnings)
+    """Tell what was found in the files of a scene or data set and how it is read."""
+    facts, notes = _facts(source, depth, intrinsics, depth_scale, layout)
+    warn(notes)
     if as_json:
-        print_json(facts | {"warnings": list(scene.warnings)})
+        print_json(facts | {"warnings": list(notes)})
         return
     for name, value in facts.items():
         typer.echo(f"{name.replace('_', ' '):18} {_text(value)}")
+
+
+def _facts(
+    source: Path, depth: Path | None, intrinsics: str | None, scale: str | None, layout: str | None
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return what is known of a data set, a cloud without colours, or a scene."""
+    from geohue.datasets.layouts import guess_layout, open_dataset
+    from geohue.io.cloud import is_colmap
+    from geohue.io.scenes import is_cloud, read_scene
+
+    found = None
+    if depth is None and not is_colmap(source) and (source.is_dir() or layout is None):
+        found = guess_layout(source) if source.exists() else None
+    if layout is not None or found is not None or (source.is_dir() and not is_colmap(source)):
+        from geohue.io.intrinsics import read_intrinsics
+
+        camera = None if intrinsics is None else read_intrinsics(intrinsics)
+        data = open_dataset(source, layout, intrinsics=camera, depth_scale=scale)
+        scene = data[0].scene()
+        facts = data.describe() | {f"frame_{k}": v for k, v in describe(scene).items()}
+        return facts, (*data.notes, *scene.warnings)
+    if depth is None and is_cloud(source):
+        return describe_cloud(source)
+    scene = read_scene(source, depth, intrinsics, scale)
+    return describe(scene), scene.warnings
+
+
+def describe_cloud(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return what there is to know of a cloud file, also of one that cannot be segmented."""
+    from geohue.io.cloud import format_of, read_cloud
+    from geohue.scene import Scene
+
+    cloud = read_cloud(path)
+    known = np.isfinite(cloud.points).all(axis=-1)
+    notes: tuple[str, ...] = ()
+    if cloud.colors is None:
+        notes = ("no colours: it can be segmented with the pictures of calibrated cameras only",)
+        colors = np.zeros(cloud.points.shape, np.uint8)
+    else:
+        colors = cloud.colors
+    facts = describe(Scene.from_cloud(cloud.points, colors))
+    facts["read_as"] = format_of(path)
+    facts |= {
+        "colors": cloud.colors is not None,
+        "normals": cloud.normals is not None,
+        "labels": cloud.labels is not None,
+        "points_missing": int(known.size - known.sum()),
+    }
+    if cloud.offset.any():
+        facts["offset"] = cloud.offset.tolist()
+    if cloud.colors is None:
+        del facts["grey"]
+    return facts, notes
 
 
 def describe(scene: Scene) -> dict[str, Any]:

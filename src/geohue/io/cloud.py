@@ -101,6 +101,17 @@ def read_cloud(path: str | Path) -> CloudData:
     return cloud
 
 
+def format_of(path: str | Path) -> str:
+    """Return the name of the format that a cloud is read as.
+
+    Examples
+    --------
+    >>> format_of("scan.LAZ")
+    'las'
+    """
+    return _reader(Path(path)).split(".")[0].removeprefix("cloud_")
+
+
 def _reader(path: Path) -> str:
     """Return module and function that read a file."""
     if path.stem.lower() == "points3d" or is_colmap(path):

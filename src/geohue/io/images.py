@@ -21,6 +21,7 @@ from geohue.io.integrity import check_picture
 _INTEGER_SCALE = 0.001  # metres per unit: millimetres, what most depth cameras write
 _SATURATED = 65535  # the 16-bit sensors' second mark for "no measurement"
 _PLAUSIBLE = (0.1, 100.0)  # metres
+_FAR = 15.0  # metres, beyond the reach of depth cameras that count in millimetres
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,7 +135,10 @@ def read_depth(path: str | Path, scale: float | str | DepthUnit | None = None) -
         raw = _decoded(raw, unit.decode, path)
     used = unit.scale if unit is not None else (1.0 if raw.dtype.kind == "f" else _INTEGER_SCALE)
     depth = _to_metres(raw, used)
-    return DepthImage(depth, used, _doubts(depth, used, path))
+    doubts = _doubts(depth, used, path)
+    if unit is None and raw.dtype.kind in "iu" and not doubts:
+        doubts = _unit_doubts(depth, path)
+    return DepthImage(depth, used, doubts)
 
 
 def _decoded(raw: NDArray[Any], decode: Decoder, path: str | Path) -> NDArray[Any]:
@@ -166,6 +170,17 @@ def _doubts(depth: NDArray[np.float32], scale: float, path: str | Path) -> tuple
         return ()
     cause = f"the median depth is {median:.3g} m with {scale:.6g} m per unit, which is implausible"
     return (f"{path}: {cause}; give the right scale with --depth-scale",)
+
+
+def _unit_doubts(depth: NDArray[np.float32], path: str | Path) -> tuple[str, ...]:
+    """Return a warning where millimetres were assumed and few cameras see as far as that gives."""
+    far = float(np.nanquantile(depth, 0.98))
+    if far <= _FAR:
+        return ()
+    return (
+        f"{path}: depths reach {far:.0f} m if a unit is a millimetre; TUM's files need "
+        "--depth-scale tum, SUN RGB-D's sun; give the number of metres if this is right",
+    )
 
 
 def _decode(path: str | Path) -> NDArray[Any]:

@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
 from geohue.io.atomic import atomic_write
 from geohue.io.curve import draw_weight_curve
+from geohue.io.extras import optional
 from geohue.io.images import write_png
 from geohue.io.ply import write_ply
-from geohue.picture import picture
+from geohue.picture import paint, picture
 from geohue.scene import Scene
 from geohue.segmentation import Segmentation
 
 _LABEL_LIMIT = np.iinfo(np.uint16).max - 1
 
 
-def write_results(folder: str | Path, scene: Scene, seg: Segmentation) -> list[Path]:
+FORMATS = ("pcd", "las", "laz", "coco", "segments")
+"""What can be written beside the usual files: ``segmented.pcd``, ``segmented.las`` or ``.laz`` with
+the extra dimension ``segment_id``, ``coco.json``, and ``segments.png``, the labels in colours."""
+
+
+def write_results(
+    folder: str | Path, scene: Scene, seg: Segmentation, formats: Sequence[str] = ()
+) -> list[Path]:
     """Write labels, pictures, the labelled cloud and the summary.
 
     Parameters
@@ -30,20 +41,24 @@ def write_results(folder: str | Path, scene: Scene, seg: Segmentation) -> list[P
         What was segmented.
     seg : Segmentation
         The result.
+    formats : sequence of str
+        More files: any of `FORMATS`.
 
     Returns
     -------
     list of Path
         ``labels.png`` for a grid (16 bit, 0 = no label, segments from 1) and ``labels.npy`` for
         a cloud (int32, -1 = no label), ``overlay.png``, ``segmented.ply`` if there is geometry,
-        ``weight_curve.png`` and, last, ``result.json``.
+        ``weight_curve.png``, those of `formats` and, last, ``result.json``.
 
     Raises
     ------
     GeohueError
-        If the folder cannot be written to, or there are more segments than 16 bits can tell.
+        If the folder cannot be written to, there are more segments than 16 bits can tell, or a
+        format is unknown, does not fit the scene or needs a library that is missing.
     """
     target = Path(folder)
+    extra = _writers(target, scene, seg, formats)
     files: list[Path] = []
     if scene.is_grid:
         if seg.k > _LABEL_LIMIT:
@@ -56,13 +71,71 @@ def write_results(folder: str | Path, scene: Scene, seg: Segmentation) -> list[P
             np.save(temporary, seg.labels)
     files.append(target / "overlay.png")
     write_png(files[-1], picture(scene, seg.labels))
-    valid = scene.valid
-    if valid.any():
+    known = np.isfinite(scene.points[..., 2])
+    if known.any():
         files.append(target / "segmented.ply")
-        write_ply(files[-1], scene.points[valid], scene.colors[valid], seg.labels[valid])
+        write_ply(files[-1], scene.points[known], scene.colors[known], seg.labels[known])
     files.append(target / "weight_curve.png")
     draw_weight_curve(files[-1], seg)
+    for file, write in extra:
+        write(file)
+        files.append(file)
     files.append(target / "result.json")
     with atomic_write(files[-1]) as temporary:
         temporary.write_text(json.dumps(seg.summary(), indent=2) + "\n", encoding="utf-8")
     return files
+
+
+_Writer = Callable[[Path], None]
+
+
+def _writers(
+    target: Path, scene: Scene, seg: Segmentation, formats: Sequence[str]
+) -> list[tuple[Path, _Writer]]:
+    """Return each file of `formats` with what writes it, after all that could be wrong."""
+    unknown = [name for name in formats if name not in FORMATS]
+    if unknown:
+        raise GeohueError(f"format {unknown[0]!r}: choose among {', '.join(FORMATS)}")
+    known = np.isfinite(scene.points[..., 2])
+    writers: dict[str, tuple[str, _Writer]] = {}
+    if scene.is_grid:
+        writers["coco"] = ("coco.json", lambda file: _write_coco(file, seg))
+        writers["segments"] = ("segments.png", lambda file: write_png(file, paint(seg.labels)))
+    if known.any():
+        columns = scene.points[known], scene.colors[known], seg.labels[known]
+        writers["pcd"] = ("segmented.pcd", lambda file: _write_pcd(file, scene, seg))
+        writers["las"] = ("segmented.las", lambda file: _write_las(file, *columns))
+        writers["laz"] = ("segmented.laz", lambda file: _write_las(file, *columns))
+    wanted = list(dict.fromkeys(formats))
+    missing = [name for name in wanted if name not in writers]
+    if missing:
+        what = "a grid of pixels" if scene.valid.any() else "geometry"
+        raise GeohueError(f"format {missing[0]!r} needs {what}, which this scene has not")
+    for name in wanted:
+        if name in ("las", "laz"):
+            optional("laspy", "clouds", target / f"segmented.{name}")
+        if name == "laz":
+            optional("lazrs", "clouds", target / "segmented.laz")
+    return [(target / writers[name][0], writers[name][1]) for name in wanted]
+
+
+def _write_coco(file: Path, seg: Segmentation) -> None:
+    from geohue.io.coco import write_coco
+
+    write_coco(file, seg.labels)
+
+
+def _write_pcd(file: Path, scene: Scene, seg: Segmentation) -> None:
+    """Write all points of a grid in their places, and those of a cloud that have a position."""
+    from geohue.io.pcd_write import write_pcd
+
+    use: Any = ... if scene.is_grid else np.isfinite(scene.points[..., 2])
+    write_pcd(file, scene.points[use], scene.colors[use], seg.labels[use])
+
+
+def _write_las(
+    file: Path, points: NDArray[np.float32], colors: NDArray[np.uint8], labels: NDArray[np.int32]
+) -> None:
+    from geohue.io.las import write_las
+
+    write_las(file, points, colors, labels)
