@@ -59,6 +59,10 @@ def test_two_views_make_nine_dimensions() -> None:
     for view in (features.color[:, :3], features.color[:, 3:]):
         assert view.std(axis=0).mean() == pytest.approx(1, abs=1e-5)
     assert np.array_equal(features.color[:, :3], extract_features(scene).color)
+    # The spread, and with it the meaning of the affinity scale, is that of one view.
+    for weight in (0.0, 1.0, np.inf):
+        one, two = (extract_features(s).mixed(weight) for s in (scene, other))
+        assert (two**2).sum() == pytest.approx((one**2).sum(), rel=0.1)
 
 
 @pytest.mark.parametrize("offset", [0, 1e4])

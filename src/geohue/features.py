@@ -64,11 +64,11 @@ class Features:
         return np.hstack([self.color, np.float32(weight) * self.geometry])
 
     def mixed(self, weight: float) -> NDArray[np.float32]:
-        """Return the vectors of eq. 5 divided by ``sqrt(1 + lambda^2)``.
+        """Return the vectors of eq. 5 or 19 divided by ``sqrt(v + lambda^2)`` for v views.
 
         The division keeps the spread of the vectors the same for every weight, so that one
         affinity scale serves from lambda = 0 (colour only) to infinity (geometry only). It is
-        the same as an affinity scale that grows with ``sqrt(1 + lambda^2)``.
+        the same as an affinity scale that grows with ``sqrt(v + lambda^2)``.
 
         Parameters
         ----------
@@ -79,9 +79,13 @@ class Features:
         -------
         (M, 6) or (M, 9) float32
         """
-        share = mixing_angle(weight)
+        views = np.sqrt(self.color.shape[1] / 3)
+        angle = np.arctan(weight / views)
         return np.hstack(
-            [np.float32(np.cos(share)) * self.color, np.float32(np.sin(share)) * self.geometry]
+            [
+                np.float32(np.cos(angle) / views) * self.color,
+                np.float32(np.sin(angle)) * self.geometry,
+            ]
         )
 
     def at(self, positions: NDArray[np.int64]) -> Features:
@@ -104,11 +108,6 @@ class Features:
         full = np.full(int(np.prod(self.shape)), -1, np.int32)
         full[self.index] = labels
         return full.reshape(self.shape)
-
-
-def mixing_angle(weight: float) -> float:
-    """Return ``arctan(lambda)``: 0 is colour only, pi/2 geometry only."""
-    return float(np.arctan(weight))
 
 
 def extract_features(scene: Scene, cues: Cues = "fusion") -> Features:

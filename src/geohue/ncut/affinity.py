@@ -19,7 +19,8 @@ def affinity(vectors: Floats, landmarks: Floats, scale: float = SCALE) -> Floats
     .. math:: w_{ij} = \exp\left(-\frac{\|x_i - z_j\|^2}{2 s^2}\right)
 
     on the vectors of `Features.mixed`, whose spread does not depend on the weight; on those of
-    eq. 5 this is an affinity with :math:`\sigma = s \sqrt{1 + \lambda^2}`.
+    eq. 5 this is an affinity with :math:`\sigma = s \sqrt{1 + \lambda^2}`, on those of eq. 19 with
+    :math:`\sigma = s \sqrt{2 + \lambda^2}`.
 
     A point so far from all landmarks that its affinities would underflow keeps their ratios: its
     row is raised until the largest is ``exp(FAINTEST)``. It so still belongs to its nearest
