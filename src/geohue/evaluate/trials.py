@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import process_time
@@ -13,11 +14,8 @@ from numpy.typing import NDArray
 from geohue.baselines import BASELINES
 from geohue.errors import GeohueError
 from geohue.evaluate import evaluate
-from geohue.features import CUES, Cues, extract_features
-from geohue.ncut.cutter import Cutter
-from geohue.parallel import Workers, workers
+from geohue.features import CUES, Cues
 from geohue.presets import preset_named
-from geohue.regions import connected_components, relabel
 from geohue.scene import Scene
 from geohue.segment import segment
 
@@ -25,7 +23,8 @@ OWN = "nncsc"
 """The method that the presets belong to."""
 
 NO_PRESET = "-"
-"""In place of a preset for the compared systems, which have none."""
+"""In place of a preset for the compared systems, which have none; what they share with the
+paper's method (the draft, small regions) is that of the preset "paper"."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -50,7 +49,7 @@ class Conditions:
     Attributes
     ----------
     k : int or "auto"
-        Number of segments for the methods that are told it; "auto" is the selector's choice.
+        Number of segments for the methods that are told it.
     components : bool
         Whether each connected piece counts as a region of its own.
     seed : int
@@ -128,42 +127,19 @@ def answer(trial: Trial, scene: Scene, conditions: Conditions) -> Answer:
         Labels from 0, the largest segment first; -1 for none.
     """
     start = process_time()
-    if trial.method == OWN:
-        seg = segment(
-            scene,
-            conditions.k,
-            "auto",
-            trial.preset,
-            trial.cues,
-            seed=conditions.seed,
-            components=conditions.components,
-            threads=1,
-        )
-        return Answer(seg.labels, process_time() - start, seg.weight, seg.quality)
-    labels = _baseline_labels(trial, scene, conditions)
-    if conditions.components and scene.is_grid:
-        labels = connected_components(labels)
-    return Answer(relabel(labels)[0], process_time() - start)
-
-
-def _baseline_labels(trial: Trial, scene: Scene, conditions: Conditions) -> NDArray[np.int32]:
-    baseline = BASELINES[trial.method]
-    features = extract_features(scene, trial.cues)
-    with workers(1) as team:
-        k = _told_k(scene, trial.cues, conditions, team) if baseline.uses_k else 2
-        # Colour and geometry alike: only the paper's method chooses its weight.
-        return baseline.run(scene, features, 1.0, k, conditions.seed, team)
-
-
-def _told_k(scene: Scene, cues: Cues, conditions: Conditions, team: Workers) -> int:
-    """Return K for a method that must be told it: that of the paper's method, if not given."""
-    if conditions.k != "auto":
-        return conditions.k
-    settings = preset_named("paper")
-    features = extract_features(scene, cues)
-    draft = scene.thinning(settings.draft_points, np.random.default_rng(conditions.seed))
-    cutter = Cutter(features, draft, settings, team, conditions.seed, settings.k_max)
-    return cutter.choose_k({"fusion": 1.0, "color": 0.0, "geometry": np.inf}[cues])
+    seg = segment(
+        scene,
+        conditions.k,
+        "auto",
+        "paper" if trial.preset == NO_PRESET else trial.preset,
+        trial.cues,
+        trial.method,
+        conditions.seed,
+        components=conditions.components,
+        threads=1,
+    )
+    weight = None if math.isnan(seg.weight) else seg.weight
+    return Answer(seg.labels, process_time() - start, weight, seg.quality)
 
 
 def scores(given: Answer, truth: NDArray[np.int32]) -> dict[str, Any]:
