@@ -10,6 +10,7 @@ import typer
 
 from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
+from geohue.cli.compare import compare
 from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
 from geohue.cli.register import register
@@ -23,7 +24,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, register, calibrate, evaluate, benchmark, info):
+for command in (segment, compare, register, calibrate, evaluate, benchmark, info):
     app.command()(command)
 
 
