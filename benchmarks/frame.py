@@ -1,0 +1,65 @@
+"""Time of each stage and peak memory for one frame.
+
+    python benchmarks/frame.py [--frames 5] [--runs 3]
+
+The motorcycle sample, and Kinect frames from GEOHUE_DATA (or ../shared/data) where it is there:
+nyuv2 is dense, mosd lacks about 39 % of the depth. Medians; a first run that loads and compiles is
+left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import resource
+from pathlib import Path
+from statistics import median
+
+import geohue
+from geohue.datasets import load_sample
+from geohue.io.scenes import read_scene
+
+STAGES = ("features", "k", "weight", "cut", "refine", "quality", "fill", "total")
+
+
+def scenes(count: int) -> dict[str, list[geohue.Scene]]:
+    """Return the scenes by source."""
+    found = {"motorcycle, 741 x 500": [load_sample("motorcycle")]}
+    data = Path(os.environ.get("GEOHUE_DATA", Path(__file__).parents[2] / "shared" / "data"))
+    for name in ("nyuv2", "mosd"):
+        frames = sorted((data / name / "frames").glob("*")) if data.is_dir() else []
+        if frames:
+            found[f"{name}, 640 x 480"] = [
+                read_scene(next(f.glob("rgb.*")), f / "depth.png", f / "intrinsics.json")
+                for f in frames[:: max(1, len(frames) // count)][:count]
+            ]
+    return found
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=5)
+    parser.add_argument("--runs", type=int, default=3)
+    options = parser.parse_args()
+    sources = scenes(options.frames)
+    geohue.segment(load_sample("motorcycle"))
+    times: dict[str, list[dict[str, float]]] = {name: [] for name in sources}
+    for _ in range(options.runs):  # interleaved, so that a busy moment hits all alike
+        for name, group in sources.items():
+            times[name] += [geohue.segment(scene).timings for scene in group]
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(
+        f"geohue {geohue.__version__}, Python {platform.python_version()}, {os.cpu_count()} cores"
+    )
+    print(f"peak memory of the process with all scenes loaded: {peak:.0f} MB\n")
+    print("| ms | " + " | ".join(STAGES) + " |")
+    print("| --- |" + " ---: |" * len(STAGES))
+    for name, runs in times.items():
+        cells = [f"{1000 * median(run[stage] for run in runs):.0f}" for stage in STAGES]
+        print(f"| {name} | " + " | ".join(cells) + " |")
+
+
+if __name__ == "__main__":
+    main()
