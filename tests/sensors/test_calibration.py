@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.sensors.rigs import rotation
 
 from geohue import GeohueError, Intrinsics
 from geohue.io import read_color
@@ -17,6 +16,7 @@ from geohue.io.rig import read_rig
 from geohue.io.rig_write import write_rig
 from geohue.sensors import Lens, PosedCamera
 from geohue.sensors.calibration import calibrate_rig, find_corners
+from sensors.rigs import rotation
 
 OPENCV: Any = cv2
 PATTERN, SQUARE = (7, 5), 0.03

@@ -37,7 +37,7 @@ def test_farther_is_larger() -> None:
 
 
 @pytest.mark.parametrize("bad", [np.zeros((2, 2, 3)), np.full((2, 2), 5000)])
-def test_refuses_what_is_no_disparity(bad: np.ndarray) -> None:  # type: ignore[type-arg]
+def test_refuses_what_is_no_disparity(bad: np.ndarray) -> None:
     with pytest.raises(GeohueError, match="raw Kinect disparities"):
         DisparityModel().depth(bad)
     with pytest.raises(GeohueError, match="c0 > 0 > c1"):

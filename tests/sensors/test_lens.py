@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.sensors.rigs import BENT, CAMERA
 
 from geohue import GeohueError, Intrinsics
 from geohue.sensors import Lens
+from sensors.rigs import BENT, CAMERA
 
 OPENCV: Any = cv2
 LENSES = [

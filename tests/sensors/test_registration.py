@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.sensors.rigs import BENT, CAMERA, beside, rotation
 
 from geohue import GeohueError, Intrinsics, Scene, segment
 from geohue.io import read_color, read_depth
@@ -23,6 +22,7 @@ from geohue.sensors import (
     registered_scene,
     undistorted,
 )
+from sensors.rigs import BENT, CAMERA, beside, rotation
 
 
 def wall(depth: float = 2.0) -> NDArray[np.float32]:

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.sensors.rigs import CAMERA, rotation
 
 from geohue import GeohueError, Intrinsics, Scene, segment
 from geohue.io import read_color
@@ -15,6 +14,7 @@ from geohue.io.ranges import read_range_scene
 from geohue.io.registered import read_range
 from geohue.io.rig import read_rig
 from geohue.sensors import Lens, PosedCamera, Rig, color_range_points, label_unseen
+from sensors.rigs import CAMERA, rotation
 
 RED, BLUE, GREEN = (200, 40, 40), (40, 40, 200), (30, 180, 60)
 

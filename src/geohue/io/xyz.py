@@ -72,7 +72,7 @@ def read_xyz(path: str | Path) -> CloudData:
         raise broken(path, f"is cut short: {count} of {announced} rows; copy or export it again")
     table = read_table(iter([first, *rows]), count, range(width), width, path)
     named = names is not None and len(names) == width
-    columns = names if named and names is not None else _guess(table)
+    columns = names if named and names is not None else _guess(table, announced is not None)
     return build_cloud(_columns(table, columns), (count,), path)
 
 
@@ -118,15 +118,19 @@ def _names(words: Sequence[str]) -> list[str] | None:
     return names if "points" in find_columns(dict.fromkeys(names)) else None
 
 
-def _guess(table: NDArray[np.float64]) -> list[str]:
-    """Name the columns of a table by how many there are and what they hold."""
+def _guess(table: NDArray[np.float64], intensity: bool) -> list[str]:
+    """Name the columns of a table by how many there are and what they hold.
+
+    Files with a count at their head (PTS) have the intensity before the colours.
+    """
     width = table.shape[1]
     names = [f"column{i}" for i in range(width)]
     names[:3] = ["x", "y", "z"]
     rgb, normals = ["red", "green", "blue"], ["nx", "ny", "nz"]
     if width == 3 or width == 4:
         return names
-    starts = [i for i in (3, 4, 6) if i + 3 <= width and _are_colors(table[:, i : i + 3])]
+    order = (4, 3, 6) if intensity else (3, 4, 6)
+    starts = [i for i in order if i + 3 <= width and _are_colors(table[:, i : i + 3])]
     if not starts:
         if width >= 6 and _are_normals(table[:, 3:6]):
             names[3:6] = normals
