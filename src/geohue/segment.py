@@ -207,7 +207,7 @@ def _refined(labels: NDArray[np.int32], scene: Scene, settings: Preset) -> NDArr
 
 def _shortfalls(found: int, wanted: int, components: bool) -> list[str]:
     if wanted == 1:
-        return ["one segment: nothing to split, and no weight to choose"]
+        return ["one segment: nothing to split, and no weight to choose; k=2 or more splits it"]
     if found < wanted and not components:
         return [f"{found} segment(s) instead of {wanted}: the others were empty or too small"]
     return []

@@ -21,7 +21,7 @@ K_MAX = 10
 DIFFUSION_STEPS = 16
 """Steps of the random walk of `eigengap`."""
 
-ONE_SEGMENT = 0.025
+ONE_SEGMENT = 0.03
 """A scene whose best normalized cut in two costs more than this is one segment."""
 
 
