@@ -230,7 +230,7 @@ def test_las_is_lossless(tmp_path: Path, n: int, seed: int, suffix: str, size: f
     assert again.labels is not None
     assert np.array_equal(again.labels, labels)
     back = again.points + again.offset - (5e5, 4e6, 100)
-    assert np.abs(back - points).max() <= 2e-6 * extent + 1e-8
+    assert np.abs(back - points).max() <= 2e-5 * extent + 1e-8  # float32 after CloudData.offset
 
 
 def test_las_without_colours_and_with_8_bit_ones(tmp_path: Path) -> None:
