@@ -121,9 +121,8 @@ def edits(draw: st.DrawFn) -> list[tuple[str, float, bytes]]:
 def changed(data: bytes, steps: list[tuple[str, float, bytes]]) -> bytes:
     for kind, share, piece in steps:
         # Half of the changes go to the first bytes, where the headers are.
-        place = (
-            int(share * len(data)) if share < 0.5 else int((share - 0.5) * 2 * min(400, len(data)))
-        )
+        size = len(data) if share < 0.5 else min(400, len(data))
+        place = int(2 * (share % 0.5) * size)
         if kind in ("set", "extreme"):
             data = data[:place] + piece + data[place + len(piece) :]
         elif kind == "insert":
@@ -258,12 +257,15 @@ def test_an_archive_that_unpacks_to_gigabytes(tmp_path: Path) -> None:
     np.lib.format.write_array_header_1_0(
         head, {"descr": "<f4", "fortran_order": False, "shape": (200_000_000, 3)}
     )
-    with zipfile.ZipFile(tmp_path / "bomb.npz", "w", zipfile.ZIP_DEFLATED) as archive:
-        with archive.open("points.npy", "w", force_zip64=True) as member:
-            member.write(head.getvalue())
-            for _ in range(300):
-                member.write(bytes(1 << 22))
-    assert (tmp_path / "bomb.npz").stat().st_size < 3 << 20
+    kind: Any = {"compression": zipfile.ZIP_DEFLATED, "compresslevel": 1}
+    with (
+        zipfile.ZipFile(tmp_path / "bomb.npz", "w", **kind) as archive,
+        archive.open("points.npy", "w", force_zip64=True) as member,
+    ):
+        member.write(head.getvalue())
+        for _ in range(300):
+            member.write(bytes(1 << 22))
+    assert (tmp_path / "bomb.npz").stat().st_size < 8 << 20
     with pytest.raises(GeohueError, match="unpacks to more than"):
         read_cloud(tmp_path / "bomb.npz")
 
@@ -291,9 +293,7 @@ def test_a_laz_table_that_announces_too_much(tmp_path: Path, chunks: int) -> Non
 
 def test_a_depth_map_of_noise(tmp_path: Path) -> None:
     @settings(RELAXED, max_examples=60)
-    @given(
-        noise=st.binary(min_size=1, max_size=200), unit=st.sampled_from(["sun", "kinect", "tum"])
-    )
+    @given(noise=st.binary(min_size=1), unit=st.sampled_from(["sun", "kinect", "tum"]))
     def attempt(noise: bytes, unit: str) -> None:
         (tmp_path / "depth.png").write_bytes(noise)
         survives(lambda file: read_depth(file, unit), tmp_path / "depth.png")
