@@ -91,8 +91,8 @@ def _introduction(comparison: Comparison) -> str:
     origin = "chosen by the proposed method" if comparison.k_chosen else "as given"
     return (
         f"K = {comparison.k}, {origin}, for the methods that are told it; the others find their "
-        f"own number of regions, and systems with a rule of their own for small regions keep to it. "
-        f'Preset "{comparison.preset}", seed {comparison.seed}. A part that '
+        "own number of regions, and systems with a rule of their own for small regions keep to "
+        f'it. Preset "{comparison.preset}", seed {comparison.seed}. A part that '
         "several methods find has one colour, that of the first cell."
     )
 
