@@ -15,6 +15,7 @@ from geohue.errors import GeohueError
 from geohue.io.arrays import read_npy, read_npz, read_pfm
 from geohue.io.atomic import atomic_write
 from geohue.io.depth_units import Decoder, DepthUnit, depth_unit
+from geohue.io.exr import read_exr
 from geohue.io.files import broken, read_bytes
 from geohue.io.integrity import check_picture
 
@@ -97,7 +98,7 @@ def read_depth(path: str | Path, scale: float | str | DepthUnit | None = None) -
     Parameters
     ----------
     path : path-like
-        Integer PNG, PGM or TIFF; float TIFF, PFM or NPY; NPZ with one array or one named
+        Integer PNG, PGM or TIFF; float TIFF, PFM, EXR or NPY; NPZ with one array or one named
         ``depth``.
     scale : float or str, optional
         Metres per unit, or a name of `geohue.io.depth_units.DEPTH_UNITS` such as "tum". By default
@@ -122,7 +123,7 @@ def read_depth(path: str | Path, scale: float | str | DepthUnit | None = None) -
     array([[nan, 1.5]], dtype=float32)
     """
     unit = None if scale is None else depth_unit(scale)
-    readers = {".npy": read_npy, ".npz": read_npz, ".pfm": read_pfm}
+    readers = {".npy": read_npy, ".npz": read_npz, ".pfm": read_pfm, ".exr": read_exr}
     raw = readers.get(Path(path).suffix.lower(), _decode)(path)
     if raw.ndim == 3 and raw.shape[2] == 1:
         raw = raw[..., 0]

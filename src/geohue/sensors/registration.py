@@ -56,7 +56,7 @@ def register_depth(
     >>> from geohue import Intrinsics
     >>> lens = Lens(Intrinsics(50.0, 50.0, 4.5, 2.5, 10, 6))
     >>> depth = np.linspace(1, 2, 60, dtype=np.float32).reshape(6, 10)
-    >>> np.array_equal(register_depth(depth, Rig((PosedCamera(lens),), lens)), depth)
+    >>> np.allclose(register_depth(depth, Rig((PosedCamera(lens),), lens)), depth)
     True
     """
     view, width, height = _view(rig, camera, size)
