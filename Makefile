@@ -36,13 +36,13 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/.installed-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(if $(LOCKED),$(PIP) install --require-hashes -r constraints.txt)
-	$(PIP) install $(if $(LOCKED),--no-deps) -e '.[dev]'
+	$(PIP) install $(if $(LOCKED),--no-deps) -e '.[dev,clouds,datasets,ros]'
 	@touch $@ $(VENV)/.installed
 
 constraints.txt:  # make -B constraints.txt: the newest versions that pass together
 	$(PYTHON) -m venv $(VENV)-lock
 	$(VENV)-lock/bin/python -m pip --quiet install pip-tools
-	$(VENV)-lock/bin/pip-compile --quiet --upgrade --generate-hashes --extra dev --strip-extras \
+	$(VENV)-lock/bin/pip-compile --quiet --upgrade --generate-hashes --all-extras --strip-extras \
 	  --allow-unsafe --no-header --no-annotate --no-emit-index-url --no-emit-find-links \
 	  --no-emit-trusted-host --no-emit-options -o $@ pyproject.toml
 	rm -rf $(VENV)-lock
