@@ -1,6 +1,6 @@
 """Does the weight with the highest Q give the best segmentation? Tables from scored sweeps.
 
-    python -m benchmarks.lambda_study NAME=SCORES [NAME=SCORES ...] [-k 4 6 8] [-o FILE.md]
+    python -m benchmarks.lambda_study NAME=SCORES [NAME=SCORES ...] [-k 4 6 8] [--short]
 
 SCORES are folders that `benchmarks.scores` wrote. Weights: half octaves from 1/16 to 16.
 """
@@ -150,7 +150,20 @@ def _spearman(a: Floats, b: Floats) -> float:
     return float(np.corrcoef(a, b)[0, 1])
 
 
-def report(name: str, frames: list[Scores], k: int) -> Iterator[str]:
+SHORT = (
+    "Q, inter pairs, sum, clusters",
+    "Q, inter adjacent, sum, clusters",
+    "explained color, planes",
+    "contrast color",
+    "consensus",
+    "contrast color + consensus + stability",
+    "always 0.25",
+    "always 1",
+)
+"""The rules of the short tables."""
+
+
+def report(name: str, frames: list[Scores], k: int, short: bool = False) -> Iterator[str]:
     """Write the table of one set of frames at one K."""
     voi = np.array([frame.voi[MEASURED][:, KS.index(k)] for frame in frames])
     best = voi[:, FINITE].min(axis=1)
@@ -164,7 +177,11 @@ def report(name: str, frames: list[Scores], k: int) -> Iterator[str]:
         near = (other <= 1.05 * best).mean()
         regret = (other - best).mean()
         yield f"| {title} | {other.mean():.3f} | {regret:.3f} | | {near:.0%} | |"
-    judged = {title: judge(frames, rule, k) for title, rule in rules().items()}
+    judged = {
+        title: judge(frames, rule, k)
+        for title, rule in rules().items()
+        if not short or title in SHORT
+    }
     for title, r in sorted(judged.items(), key=lambda item: item[1].regret):
         rank = "" if np.isnan(r.rank) else f"{r.rank:.2f}"
         paper = " **(the paper's)**" if title == "Q, inter pairs, sum, clusters" else ""
@@ -180,6 +197,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scores", nargs="+", metavar="NAME=SCORES")
     parser.add_argument("-k", type=int, nargs="+", default=[6], choices=CRITERIA_KS)
+    parser.add_argument("--short", action="store_true", help="the main rules only")
     parser.add_argument("-o", "--out", type=Path)
     given = parser.parse_args()
     lines: list[str] = []
@@ -187,7 +205,7 @@ def main() -> None:
         name, _, folder = pair.partition("=")
         frames = load_scores(Path(folder))
         for k in given.k:
-            lines += report(name, frames, k)
+            lines += report(name, frames, k, given.short)
     text = "\n".join(lines)
     print(text)
     if given.out is not None:
