@@ -1,8 +1,9 @@
 """Write the tables of benchmark runs, with the version and the machine behind each.
 
-    python -m benchmarks.report NAME=RUN [NAME=RUN ...]
+    python -m benchmarks.report NAME=RUN [NAME=RUN ...] [--least N]
 
-RUN is the folder of a ``geohue benchmark``, finished or not.
+RUN is the folder of a ``geohue benchmark``, finished or not: trials with fewer than N frames are
+left out, and all others are compared on the frames that all of them have.
 """
 
 from __future__ import annotations
@@ -13,19 +14,28 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from geohue.evaluate.benchmark import FIELDS, KEYS, SETTINGS, TABLE
-from geohue.evaluate.ledger import Ledger
-from geohue.evaluate.summary import summarise, table
+from geohue.evaluate.ledger import Ledger, Row
+from geohue.evaluate.summary import by_trial, summarise, table
 
 
-def report(name: str, run: Path) -> Iterator[str]:
+def comparable(rows: list[Row], least: int) -> list[Row]:
+    """Keep the trials with at least so many frames, and the frames that all of these have."""
+    groups = [group for group in by_trial(rows).values() if len(group) >= least]
+    if not groups:
+        return []
+    common = set.intersection(*({row["frame"] for row in group} for group in groups))
+    return [row for group in groups for row in group if row["frame"] in common]
+
+
+def report(name: str, run: Path, least: int) -> Iterator[str]:
     """Yield the lines on one run."""
     settings = json.loads((run / SETTINGS).read_text(encoding="utf-8"))
     machine = settings.pop("machine")
     yield f"### {name}"
     yield ""
-    rows = Ledger(run / TABLE, FIELDS, KEYS).rows().values()
+    rows = list(Ledger(run / TABLE, FIELDS, KEYS).rows().values())
     summaries = sorted(
-        summarise(rows),
+        summarise(comparable(rows, least)),
         key=lambda s: s.measures["voi_bits"].mean if s.measures else float("inf"),
     )
     yield table(summaries)
@@ -44,10 +54,11 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("runs", nargs="+", metavar="NAME=RUN")
+    parser.add_argument("--least", type=int, default=1)
     given = parser.parse_args()
     for pair in given.runs:
         name, _, folder = pair.partition("=")
-        print("\n".join(report(name, Path(folder))))
+        print("\n".join(report(name, Path(folder), given.least)))
 
 
 if __name__ == "__main__":
