@@ -33,6 +33,9 @@ def register(
     undistort: Annotated[
         bool, typer.Option("--undistort", help="Also write the picture and depth undistorted.")
     ] = False,
+    refine: Annotated[
+        bool, typer.Option("--refine", help="Move T by up to 4 cm until the edges agree.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON object.")] = False,
 ) -> None:
     """Bring an unregistered depth map into the view of the colour camera.
@@ -42,7 +45,7 @@ def register(
     """
     from geohue.io.registered import register_files
 
-    done = register_files(color, depth, calib, out, depth_scale, camera - 1, undistort)
+    done = register_files(color, depth, calib, out, depth_scale, camera - 1, undistort, refine)
     warn(done.warnings)
     if as_json:
         print_json(done.summary())

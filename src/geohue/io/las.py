@@ -19,6 +19,7 @@ from geohue.io.atomic import atomic_write
 from geohue.io.cloud import CloudData, build_cloud
 from geohue.io.extras import optional
 from geohue.io.files import broken, read_bytes, reason
+from geohue.io.laz_check import check_laz
 
 MAX_POINTS = 1 << 28
 """Most points that a compressed file may announce."""
@@ -35,7 +36,9 @@ class _Head:
     """What the header says, as far as it must fit the file."""
 
     count: int
-    record: int
+    start: int
+    size: int
+    n_vlrs: int
     compressed: bool
 
 
@@ -62,7 +65,8 @@ def read_las(path: str | Path) -> CloudData:
     head = _check_header(data, path)
     laspy = optional("laspy", "clouds", path)
     if head.compressed:
-        optional("lazrs", "clouds", path)
+        lazrs = optional("lazrs", "clouds", path)
+        check_laz(data, head.start, head.size, head.n_vlrs, lazrs, Path(path))
     try:
         columns = _columns(laspy, data, head)
     except GeohueError:
@@ -101,9 +105,7 @@ def _check_header(data: bytes, path: str | Path) -> _Head:
     if count > min(most, MAX_POINTS):
         cause = f"announces {count} points, which do not fit in its {len(data)} bytes"
         raise broken(path, f"{cause}; copy or export it again")
-    if compressed:
-        _check_chunks(data, start, path)
-    return _Head(count, record, compressed)
+    return _Head(count, start, size, n_vlrs, compressed)
 
 
 def _check_extended(data: bytes, path: str | Path) -> None:
@@ -116,19 +118,6 @@ def _check_extended(data: bytes, path: str | Path) -> None:
         position += 60 + length
     if count and position > len(data):
         raise broken(path, "is cut short within its extended records; copy it again")
-
-
-def _check_chunks(data: bytes, start: int, path: str | Path) -> None:
-    """Check the table of compressed chunks: the decoder allocates as many as it announces."""
-    fits = len(data) >= start + 8
-    (table,) = struct.unpack_from("<q", data, start) if fits else (0,)
-    if table == -1:  # written by a stream: the place of the table comes last
-        (table,) = struct.unpack_from("<q", data, len(data) - 8)
-    if not (fits and start + 8 <= table <= len(data) - 8):
-        raise broken(path, "is cut short: its chunk table is missing; copy or export it again")
-    _, chunks = struct.unpack_from("<II", data, table)
-    if chunks > len(data):
-        raise broken(path, f"is damaged: it announces {chunks} chunks; export it again")
 
 
 def _columns(laspy: Any, data: bytes, head: _Head) -> dict[str, NDArray[Any]]:

@@ -18,8 +18,10 @@ from geohue.io.depth_units import DepthUnit, depth_unit
 from geohue.io.files import broken
 from geohue.io.images import DepthImage, read_color, read_depth, write_png
 from geohue.io.rig import read_rig
+from geohue.io.rig_write import write_rig
 from geohue.sensors.alignment import edge_agreement
 from geohue.sensors.lens import Lens
+from geohue.sensors.refine import refine_translation
 from geohue.sensors.registration import register_depth, undistorted
 from geohue.sensors.rig import Rig
 
@@ -66,6 +68,7 @@ def register_files(
     depth_scale: float | str | None = None,
     camera: int = 0,
     undistort: bool = False,
+    refine: bool = False,
 ) -> Registered:
     """Register a depth picture to a colour picture and write the result.
 
@@ -85,6 +88,10 @@ def register_files(
         Which of the calibration's colour cameras took the picture.
     undistort : bool
         Whether the lens distortion is taken out of the picture first.
+    refine : bool
+        Whether T is moved by up to 4 cm sideways and up or down until the edges agree
+        (`geohue.sensors.refine_translation`); the new calibration is written as
+        ``calibration_refined.json``.
 
     Returns
     -------
@@ -110,6 +117,11 @@ def register_files(
         rig = _straightened(rig, camera)
         files.append(target / "color_undistorted.png")
         write_png(files[-1], rgb)
+    if refine:
+        rig, _, _ = refine_translation([(rgb, image.depth)], rig, camera=camera)
+        notes += [note for note in rig.warnings if note not in notes]
+        files.append(target / "calibration_refined.json")
+        write_rig(files[-1], rig)
     metres = register_depth(image.depth, rig, (width, height), camera)
     if not np.isfinite(metres).any():
         raise broken(depth, f"has no point in the view of {color}; check R, T and the depth scale")
