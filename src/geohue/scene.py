@@ -343,8 +343,10 @@ class Scene:
             rows, columns = (np.arange(min(step // 2, n - 1), n, step) for n in (height, width))
             return np.asarray(rows[:, None] * width + columns, np.int64)
         order = _canonical_order(self.colors, self.points)
-        if self.size > max_points:
-            order = order[np.sort(rng.choice(self.size, max_points, replace=False))]
+        if self.unseen is not None:
+            order = order[~self.unseen[order]]
+        if len(order) > max_points:
+            order = order[np.sort(rng.choice(len(order), max_points, replace=False))]
         return order
 
     def take(self, positions: NDArray[np.int64]) -> Scene:

@@ -95,6 +95,10 @@ def open_dataset(
         data: Dataset = _module(name).load(folder)
     except OSError as error:
         raise broken(path, f"cannot be read ({reason(error)}); check its permissions") from error
+    except GeohueError as error:
+        if str(path) in str(error):
+            raise
+        raise broken(path, str(error)) from error
     given = {"intrinsics": intrinsics, "depth_scale": depth_scale}
     changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if changes:
