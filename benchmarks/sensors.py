@@ -55,7 +55,8 @@ def edge_error(depth: Floats, exact: Floats, truth: NDArray[np.int32]) -> tuple[
         passes = passes[above[passes + 1] == rising]
         errors.append(np.abs(passes + start - column).min() if passes.size else np.nan)
     found = np.array(errors, np.float64)
-    return float(np.nanmean(found)), float(np.isnan(found).mean())
+    lost = np.isnan(found)
+    return float(found[~lost].mean()) if not lost.all() else np.nan, float(lost.mean())
 
 
 def _without_gaps(depth: Floats) -> Floats:
