@@ -51,7 +51,7 @@ class Result:
     k : int or None
         Number of segments.
     seconds : float or None
-        By the clock, with one thread; libraries were loaded and compiled before.
+        Of the processor, with one thread; libraries were loaded and compiled before.
     weight : float or None
         The paper's lambda: 0 for colour alone, infinity for geometry alone, NaN for a method that
         has none.
@@ -76,7 +76,12 @@ class Result:
 
     @classmethod
     def of(
-        cls, cell: Cell, seg: Segmentation, scores: Mapping[str, float], known: Sequence[str] = ()
+        cls,
+        cell: Cell,
+        seg: Segmentation,
+        seconds: float,
+        scores: Mapping[str, float],
+        known: Sequence[str] = (),
     ) -> Result:
         """Return the result that a segmentation is; `known` warnings are left out."""
         return cls(
@@ -85,7 +90,7 @@ class Result:
             "",
             seg.labels,
             seg.k,
-            seg.timings["total"],
+            seconds,
             seg.weight,
             seg.quality,
             scores,

@@ -161,9 +161,8 @@ def caption(result: Result) -> list[str]:
         second.append(f"weight {result.weight:.3g}")
     if result.quality is not None:
         second.append(f"Q {result.quality:.3f}")
-    second += [
-        f"{SCORES[name]} {result.scores[name]:.2f}" for name in SCORES & result.scores.keys()
-    ]
+    known = [name for name in SCORES if name in result.scores]
+    second += [f"{SCORES[name]} {result.scores[name]:.2f}" for name in known]
     return [first, ", ".join(second)]
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from time import process_time
 from typing import Literal
 
 import numpy as np
@@ -129,13 +130,15 @@ def run_cell(task: Task, cell: Cell) -> Result:
     # A rehearsal on a few points loads libraries and compiles, so that it is not in the time.
     with suppress(Exception):
         _segment(task, scene.take(scene.thinning(_REHEARSAL, np.random.default_rng(0))), cell)
+    start = process_time()
     seg = _segment(task, scene, cell)
+    seconds = process_time() - start
     scores: Mapping[str, float] = {}
     if task.truth is not None:
         from geohue.evaluate import evaluate
 
         scores = evaluate(seg.labels, task.truth)
-    return Result.of(cell, seg, scores, scene.warnings)
+    return Result.of(cell, seg, seconds, scores, scene.warnings)
 
 
 def _segment(task: Task, scene: Scene, cell: Cell) -> Segmentation:

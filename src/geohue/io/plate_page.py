@@ -100,7 +100,7 @@ def _introduction(comparison: Comparison) -> str:
 def _reading(comparison: Comparison) -> str:
     text = (
         "Q compares segmentations of about as many regions; more regions alone can raise it. Time "
-        "is by the clock, one thread a method, beside the other methods under way."
+        "is that of the processor, with one thread; what is loaded and compiled is not in it."
     )
     if comparison.scored:
         text += " VoI against the ground truth: lower is better; RI: higher is better."
