@@ -238,7 +238,7 @@ def test_damaged_lists(tmp_path: Path, layout: str) -> None:
     (tmp_path / "depth.txt").write_text("1.0 depth/1.png\n")
     (tmp_path / "intrinsic").mkdir()
 
-    @settings(RELAXED, max_examples=80)
+    @RELAXED
     @given(steps=edits())
     def attempt(steps: list[tuple[str, float, bytes]]) -> None:
         (tmp_path / name).write_bytes(changed(content.encode(), steps))

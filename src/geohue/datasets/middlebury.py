@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics
-from geohue.datasets.frames import Dataset, Frame, picture_in
+from geohue.datasets.frames import Dataset, Frame, numbers, picture_in
 from geohue.io.files import broken, read_bytes
 from geohue.io.integrity import picture_size
 
@@ -100,12 +100,13 @@ def _depth(
 def _calibration(path: Path) -> tuple[float, float, float, Intrinsics]:
     """Read calib.txt of 2014: cam0, doffs, baseline (mm), width, height."""
     text = read_bytes(path, 1 << 16).decode("latin-1")
-    K = [float(x) for x in re.findall(r"[-\d.]+(?:e[-+]?\d+)?", _line(text, "cam0", path))]
+    K = numbers(re.sub(r"[\[\];,]", " ", _line(text, "cam0", path)).split(), path)
     if len(K) != 9:
         raise broken(path, "cam0 is no 3 x 3 matrix; download it again")
-    doffs, base, width, height = (
-        float(_line(text, key, path)) for key in ("doffs", "baseline", "width", "height")
-    )
+    keys = ("doffs", "baseline", "width", "height")
+    doffs, base, width, height = numbers([_line(text, key, path) for key in keys], path)
+    if not (1 <= width <= 1e6 and 1 <= height <= 1e6):
+        raise broken(path, f"announces pictures of {width:g} x {height:g}; download it again")
     camera = Intrinsics(K[0], K[4], K[2], K[5], int(width), int(height))
     return K[0], base / 1000, doffs, camera
 
