@@ -18,12 +18,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from geohue.driver import segment
 from geohue.evaluate import evaluate
 from geohue.evaluate.crop import PROTOCOLS, Crop
 from geohue.evaluate.frames import Frame, find_frames, load_frame
 from geohue.evaluate.pool import run_jobs
 from geohue.presets import PRESETS
-from geohue.segment import segment
 from geohue.simulate import WORLDS, scene
 
 PAPER = PRESETS["paper"]

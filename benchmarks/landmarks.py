@@ -2,9 +2,9 @@
 
     python benchmarks/landmarks.py
 
-The motorcycle sample, thinned to 2,500 points so that the exact cut is affordable; lambda = 1, five
-eigenvectors. The overlap is the mean squared cosine of the angles between the two subspaces (1 = the
-same), the agreement the adjusted Rand index of the labels; medians over five seeds.
+The motorcycle sample, thinned to 2,500 points so that the exact cut is affordable; lambda = 1,
+five eigenvectors. The overlap is the mean squared cosine of the angles between the two subspaces
+(1 = the same), the agreement the adjusted Rand index of the labels; medians over five seeds.
 """
 
 from __future__ import annotations

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.driver import segment
 from geohue.evaluate import evaluate
 from geohue.io.atomic import atomic_write
 from geohue.picture import overlay
-from geohue.segment import segment
 from geohue.simulate import CAMERA, SENSORS, WORLDS, render, scene
 
 Floats = NDArray[np.float64]

@@ -275,3 +275,11 @@ def test_strange_scenes_never_give_nan_or_stray_labels(seed: int, k: int) -> Non
     assert result.k <= k
     assert result.quality is None or np.isfinite(result.quality)
     assert all(np.isfinite(q) for _, q in result.weight_curve)
+
+
+def test_the_function_stays_a_function_whatever_is_imported() -> None:
+    import geohue
+    import geohue.driver
+    import geohue.evaluate.trials
+
+    assert callable(geohue.segment)

@@ -15,10 +15,10 @@ from geohue._version import __version__
 
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
+    from geohue.driver import segment
     from geohue.errors import GeohueError, GeohueWarning
     from geohue.presets import PRESETS, Preset
     from geohue.scene import Scene
-    from geohue.segment import segment
     from geohue.segmentation import Segmentation
 
 # Loaded on first use: `import geohue` stays as quick as `import numpy`.
@@ -30,7 +30,7 @@ _HOMES = {
     "Preset": "geohue.presets",
     "Scene": "geohue.scene",
     "Segmentation": "geohue.segmentation",
-    "segment": "geohue.segment",
+    "segment": "geohue.driver",
 }
 
 __all__ = [

@@ -29,6 +29,10 @@ class Clusterer(Protocol):
     def uses_k(self) -> bool:
         """Whether the number of segments is given to it."""
 
+    @property
+    def prunes(self) -> bool:
+        """Whether it has a rule of its own for small regions."""
+
     def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Split the draft on which the weight is chosen."""
 
@@ -63,6 +67,11 @@ class BaselineClusterer:
     def uses_k(self) -> bool:
         """Whether the number of segments is given to it."""
         return self._baseline.uses_k
+
+    @property
+    def prunes(self) -> bool:
+        """Whether it has a rule of its own for small regions."""
+        return self._baseline.prunes
 
     def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Split the draft on which the weight is chosen."""

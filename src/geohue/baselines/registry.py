@@ -55,22 +55,26 @@ class Baseline:
         As in ``method=``.
     cues : tuple of {"fusion", "color", "geometry"}
         What it is defined for.
+    module : str
+        Where its ``run(job)`` is.
     needs_grid : bool
         Whether it works on images only.
     uses_weight : bool
         Whether it goes by the vectors p^f with the weight lambda, which Q can then choose.
     uses_k : bool
         Whether the number of segments is given to it; the others find their own.
-    module : str
-        Where its ``run(job)`` is.
+    prunes : bool
+        Whether it has a rule of its own for small regions, which then stands in place of the
+        refinement of Sec. III: that one would take away thin parts that it has found.
     """
 
     name: str
     cues: tuple[Cues, ...]
-    needs_grid: bool
-    uses_weight: bool
-    uses_k: bool
     module: str
+    needs_grid: bool = False
+    uses_weight: bool = False
+    uses_k: bool = False
+    prunes: bool = False
 
     def run(
         self,
@@ -109,28 +113,29 @@ class Baseline:
             return cast("NDArray[np.int32]", run(Job(scene, features, weight, k, seed, own)))
 
 
+_HOME = "geohue.baselines."
+
 BASELINES: dict[str, Baseline] = {
     baseline.name: baseline
     for baseline in (
-        Baseline("kmeans", CUES, False, True, True, "geohue.baselines.kmeans"),
-        Baseline("meanshift", CUES, False, True, False, "geohue.baselines.meanshift"),
-        Baseline("felzenszwalb", CUES, False, True, False, "geohue.baselines.felzenszwalb"),
-        Baseline("edison", ("color", "geometry"), True, False, False, "geohue.baselines.edison"),
+        Baseline("kmeans", CUES, _HOME + "kmeans", uses_weight=True, uses_k=True),
+        Baseline("meanshift", CUES, _HOME + "meanshift", uses_weight=True),
+        Baseline("felzenszwalb", CUES, _HOME + "felzenszwalb", uses_weight=True, prunes=True),
+        Baseline("edison", ("color", "geometry"), _HOME + "edison", needs_grid=True, prunes=True),
         Baseline(
             "bleiweiss-werman",
             ("fusion",),
-            True,
-            False,
-            False,
-            "geohue.baselines.bleiweiss_werman",
+            _HOME + "bleiweiss_werman",
+            needs_grid=True,
+            prunes=True,
         ),
         Baseline(
             "calderero-marques",
             ("fusion",),
-            True,
-            False,
-            True,
-            "geohue.baselines.calderero_marques",
+            _HOME + "calderero_marques",
+            needs_grid=True,
+            uses_k=True,
+            prunes=True,
         ),
     )
 }

@@ -55,8 +55,8 @@ def segment(
     wanted_weight = number_or_auto(weight, "--lambda")
     with stage_bar() as begin:
         begin("loading")
+        from geohue.driver import segment as run
         from geohue.io.results import write_results
-        from geohue.segment import segment as run
 
         scene = options.load_scene(
             source,

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from time import process_time
 from typing import Literal
@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from geohue.clusterers import METHODS, check_method
 from geohue.compare.cells import Cell, Comparison, Result, plan
 from geohue.compare.crew import run_crew
+from geohue.driver import K_LIMIT, segment
 from geohue.errors import GeohueError
 from geohue.features import CUES, extract_features
 from geohue.ncut.cutter import Cutter
 from geohue.parallel import workers
 from geohue.presets import preset_named
 from geohue.scene import Scene
-from geohue.segment import K_LIMIT, segment
 from geohue.segmentation import Segmentation
 
 Progress = Callable[[int, int, Result], None]
@@ -31,10 +31,6 @@ Progress = Callable[[int, int, Result], None]
 
 TIMEOUT = 600.0
 """Seconds that a cell may take."""
-
-PRUNED = ("felzenszwalb", "edison", "bleiweiss-werman", "calderero-marques")
-"""Systems with a rule of their own for small regions. Here they keep to it: the refinement of
-Sec. III, part of the proposed method, would take away thin parts that they have found."""
 
 _MOST_PROCESSES = 4  # each has a copy of the scene
 _REHEARSAL = 600  # points
@@ -102,8 +98,6 @@ def compare(
 
     Notes
     -----
-    The compared systems of `PRUNED` run as published, without the refinement of Sec. III.
-
     Processes are spawned: a script must call this below ``if __name__ == "__main__":``.
     """
     cells = plan(methods, cues)
@@ -142,10 +136,7 @@ def run_cell(task: Task, cell: Cell) -> Result:
 
 
 def _segment(task: Task, scene: Scene, cell: Cell) -> Segmentation:
-    settings = preset_named(task.preset)
-    if cell.method in PRUNED:
-        settings = replace(settings, min_region=0.0)
-    return segment(scene, task.k, "auto", settings, cell.cues, cell.method, task.seed, threads=1)
+    return segment(scene, task.k, "auto", task.preset, cell.cues, cell.method, task.seed, threads=1)
 
 
 def choose_count(scene: Scene, preset: str = "paper", seed: int = 0) -> int:

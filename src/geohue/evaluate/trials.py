@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.baselines import BASELINES
+from geohue.driver import segment
 from geohue.errors import GeohueError
 from geohue.evaluate import evaluate
 from geohue.features import CUES, Cues
 from geohue.presets import preset_named
 from geohue.scene import Scene
-from geohue.segment import segment
 
 OWN = "nncsc"
 """The method that the presets belong to."""

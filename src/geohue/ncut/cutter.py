@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.arrays import Floats
 from geohue.features import Features
 from geohue.ncut.labels import find_centers
 from geohue.ncut.landmarks import choose_landmarks
@@ -43,6 +44,7 @@ class Cutter:
 
     uses_weight = True
     uses_k = True
+    prunes = False
 
     def __init__(
         self,
@@ -67,10 +69,23 @@ class Cutter:
         )
 
     def choose_k(self, weight: float) -> int:
-        """Choose the number of segments with the preset's selector, on the draft."""
-        most = self._settings.k_max
-        cut = self._cut(self.draft, weight, most + 1, self._workers)
+        """Choose the number of segments with the preset's selector, on the draft.
+
+        The answer 1 is asked for twice, the second time with k-means landmarks: landmarks drawn
+        at random can miss a small object, and the scene then looks like one piece.
+        """
         vectors = self.draft.mixed(weight)
+        k = self._choose_k(vectors, vectors[self._landmarks])
+        if k > 1 or len(self._landmarks) == len(vectors):
+            return k
+        rng = np.random.default_rng((self._seed, 2))
+        return self._choose_k(
+            vectors, vectors[choose_landmarks(vectors, len(self._landmarks), "kmeans", rng)]
+        )
+
+    def _choose_k(self, vectors: Floats, landmarks: Floats) -> int:
+        most, scale = self._settings.k_max, self._settings.scale
+        cut = nystrom_cut(vectors, landmarks, self._workers, most + 1, scale)
         sample = vectors[:: -(-len(vectors) // CENTER_SAMPLE)]
         return choose_k(cut, sample, self._settings.selector, most)
 

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from geohue.arrays import Floats
 from geohue.errors import GeohueError
 from geohue.ncut.nystrom import NystromCut
 
@@ -21,7 +22,7 @@ K_MAX = 10
 DIFFUSION_STEPS = 16
 """Steps of the random walk of `eigengap`."""
 
-ONE_SEGMENT = 0.03
+ONE_SEGMENT = 0.035
 """A scene whose best normalized cut in two costs more than this is one segment."""
 
 
@@ -226,9 +227,7 @@ def self_tuning(
     return int(np.flatnonzero(costs <= costs.min() + slack)[-1]) + 2
 
 
-def choose_k(
-    cut: NystromCut, sample: NDArray[np.float32], selector: Selector, k_max: int = K_MAX
-) -> int:
+def choose_k(cut: NystromCut, sample: Floats, selector: Selector, k_max: int = K_MAX) -> int:
     """Choose the number of segments.
 
     First of all, is there anything to split? ``1 - eigenvalues[1]`` bounds from below the
@@ -239,7 +238,7 @@ def choose_k(
     ----------
     cut : NystromCut
         With at least ``k_max + 1`` eigenvectors, or all there are.
-    sample : (M, D) float32
+    sample : (M, D) float
         Points to look at.
     selector : {"eigengap", "elongated", "rotation"}
         See `eigengap`, `elongated_kmeans`, `self_tuning`.

@@ -109,7 +109,7 @@ def segment(
         with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
             labels = splitter.labels(lam, n)
         with clock.stage("refine"):  # Sec. III: small regions, on grids
-            labels = _refined(labels, scene, settings)
+            labels = _refined(labels, scene, settings, splitter)
         with clock.stage("quality"):  # eq. 17
             score = QualityMetric(scene)(labels)
         with clock.stage("fill"):  # Appendix: pixels without depth, on grids
@@ -193,14 +193,16 @@ def _search(
     metric = QualityMetric(small)
 
     def score(weight: float) -> float | None:
-        quality = metric(_refined(splitter.draft_labels(weight, k), small, settings))
+        quality = metric(_refined(splitter.draft_labels(weight, k), small, settings, splitter))
         return quality.total if quality else None
 
     return search_weight(score, team, settings.weights, settings.refinements)
 
 
-def _refined(labels: NDArray[np.int32], scene: Scene, settings: Preset) -> NDArray[np.int32]:
-    if not scene.is_grid:
+def _refined(
+    labels: NDArray[np.int32], scene: Scene, settings: Preset, splitter: Clusterer
+) -> NDArray[np.int32]:
+    if splitter.prunes or not scene.is_grid:
         return labels
     return merge_small_regions(labels, max(1, round(settings.min_region * scene.size)))
 
