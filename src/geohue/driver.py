@@ -18,6 +18,7 @@ from geohue.presets import Preset, preset_named
 from geohue.regions import connected_components, merge_small_regions, relabel
 from geohue.scene import Scene
 from geohue.segmentation import Progress, Segmentation, StageClock
+from geohue.sensors.unseen import label_unseen
 from geohue.weight.quality import QualityMetric
 from geohue.weight.search import Curve, search_weight
 
@@ -115,6 +116,7 @@ def segment(
         with clock.stage("fill"):  # Appendix: pixels without depth, on grids
             if fill and scene.is_grid and not (labels >= 0).all():
                 labels = fill_labels(labels, lab_of(scene.colors))
+            labels = label_unseen(labels, scene)  # Sec. VI-A: points that no camera sees
         if components:
             labels = connected_components(labels)
         labels, _ = relabel(labels)

@@ -57,10 +57,11 @@ def test_a_pair_with_and_without_its_disparity(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--disparity", "d.png"], "give the right image with --right"),
-        (["--calib", "500,0.1"], "give the right image with --right"),
+        (["--disparity", "d.png"], "give --right too"),
+        (["--calib", "500,0.1"], "give --right or --camera too"),
         (["depth.png", "--right", "r.png"], "leave out DEPTH"),
-        (["--right", "r.png", "--depth-scale", "tum"], "leave out DEPTH"),
+        (["--right", "r.png", "--depth-scale", "tum"], "leave out --depth-scale"),
+        (["--camera", "c.png"], "needs the rig"),
         (["--right", "missing.png"], "missing.png: no such file"),
     ],
 )

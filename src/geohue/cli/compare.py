@@ -31,6 +31,8 @@ def compare(
     disparity_scale: options.DisparityScale = None,
     calib: options.Calib = None,
     views: options.Views = 2,
+    cameras: options.Cameras = None,
+    frame: options.Frame = 0,
     methods: Annotated[
         str, typer.Option(metavar="A,B,..", help="The rows: methods with commas between, or all.")
     ] = "all",
@@ -79,6 +81,8 @@ def compare(
         disparity_scale=disparity_scale,
         calib=calib,
         views=views,
+        cameras=cameras,
+        frame=frame,
     )
     truth = None if gt is None else _truth(gt)
     with _counter() as count:

@@ -14,10 +14,15 @@ if TYPE_CHECKING:
 
 _FRAME = "Depth and camera"
 _STEREO = "Stereo"
+_RANGE = "Range sensor and cameras"
+_DATASET = "Data set"
 
 Source = Annotated[
     Path | None,
-    typer.Argument(metavar="[COLOR|CLOUD]", help="Colour image (the left one), or a cloud."),
+    typer.Argument(
+        metavar="[COLOR|CLOUD|DATASET]",
+        help="Colour image (the left one), cloud, data set folder or recording.",
+    ),
 ]
 Depth = Annotated[
     Path | None, typer.Argument(metavar="[DEPTH]", help="Depth map registered to the image.")
@@ -61,7 +66,7 @@ Calib = Annotated[
     str | None,
     typer.Option(
         metavar="FILE|f,baseline[,doffs]",
-        help="Calibration of the stereo pair.",
+        help="Calibration of the stereo pair, or of the rig of --camera.",
         rich_help_panel=_STEREO,
     ),
 ]
@@ -70,6 +75,17 @@ Views = Annotated[
     typer.Option(
         min=1, max=2, help="Colours of one view or of both (eq. 19).", rich_help_panel=_STEREO
     ),
+]
+Cameras = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--camera",
+        help="Picture of a calibrated camera; SOURCE is then a depth map or scan. Repeatable.",
+        rich_help_panel=_RANGE,
+    ),
+]
+Frame = Annotated[
+    int, typer.Option(min=0, help="Which frame of a data set.", rich_help_panel=_DATASET)
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]
 
@@ -86,6 +102,8 @@ def load_scene(
     disparity_scale: str | None = None,
     calib: str | None = None,
     views: int = 2,
+    cameras: list[Path] | None = None,
+    frame: int = 0,
 ) -> Scene:
     """Read the scene that a command's arguments name.
 
@@ -102,23 +120,71 @@ def load_scene(
         return load_sample(sample)
     if source is None:
         raise GeohueError("no scene: give COLOR DEPTH, a cloud, or --sample motorcycle")
-    stereo: dict[str, Any] = {
-        "--disparity": disparity,
-        "--disparity-scale": disparity_scale,
-        "--calib": calib,
-    }
-    if right is None:
-        lost = [name for name, value in stereo.items() if value is not None]
-        if lost:
-            raise GeohueError(f"{lost[0]} is for stereo pairs: give the right image with --right")
-        from geohue.io.scenes import read_scene
+    if right is not None:
+        _leave_out("--right", DEPTH=depth, intrinsics=intrinsics, depth_scale=depth_scale)
+        _leave_out("--right", camera=cameras)
+        from geohue.io.stereo_scenes import read_stereo_scene
 
-        return read_scene(source, depth, intrinsics, _scale(depth_scale))
-    if depth is not None or intrinsics is not None or depth_scale is not None:
-        raise GeohueError("--right is for stereo pairs: leave out DEPTH and its options")
-    from geohue.io.stereo_scenes import read_stereo_scene
+        return read_stereo_scene(source, right, disparity, disparity_scale, calib, views)
+    _need("--right", "stereo pairs", disparity=disparity, disparity_scale=disparity_scale)
+    if cameras:
+        return _range_scene(source, depth, cameras, intrinsics, calib, depth_scale, views)
+    _need("--right or --camera", "stereo pairs and rigs", calib=calib)
+    return _frame_or_cloud(source, depth, intrinsics, _scale(depth_scale), frame)
 
-    return read_stereo_scene(source, right, disparity, disparity_scale, calib, views)
+
+def _range_scene(
+    source: Path,
+    depth: Path | None,
+    cameras: list[Path],
+    intrinsics: str | None,
+    calib: str | None,
+    depth_scale: str | None,
+    views: int,
+) -> Scene:
+    _leave_out("--camera", DEPTH=depth, intrinsics=intrinsics)
+    if calib is None:
+        raise GeohueError("--camera needs the rig of the sensors: give it with --calib")
+    from geohue.io.ranges import read_range_scene
+
+    return read_range_scene(source, cameras, [calib], _scale(depth_scale), 1 if views == 1 else 2)
+
+
+def _frame_or_cloud(
+    source: Path,
+    depth: Path | None,
+    intrinsics: str | None,
+    depth_scale: float | str | None,
+    frame: int,
+) -> Scene:
+    from geohue.datasets.layouts import guess_layout, open_dataset
+    from geohue.io.scenes import is_cloud, read_scene
+
+    if depth is not None or is_cloud(source) or not source.exists() or not guess_layout(source):
+        return read_scene(source, depth, intrinsics, depth_scale)
+    from geohue.io.intrinsics import read_intrinsics
+
+    camera = None if intrinsics is None else read_intrinsics(intrinsics)
+    data = open_dataset(source, intrinsics=camera, depth_scale=depth_scale)
+    if frame >= len(data):
+        raise GeohueError(f"{source}: has {len(data)} frame(s), counted from 0; --frame is {frame}")
+    return data[frame].scene()
+
+
+def _leave_out(option: str, **others: Any) -> None:
+    """Raise an error if an option is given that another one makes pointless."""
+    for name, value in others.items():
+        if value:
+            shown = name if name.isupper() else "--" + name.replace("_", "-")
+            raise GeohueError(f"{option} and {shown} do not go together: leave out {shown}")
+
+
+def _need(option: str, purpose: str, **others: Any) -> None:
+    """Raise an error if an option is given without the one that it belongs to."""
+    for name, value in others.items():
+        if value is not None:
+            shown = "--" + name.replace("_", "-")
+            raise GeohueError(f"{shown} is for {purpose}: give {option} too")
 
 
 def _scale(text: str | None) -> float | str | None:

@@ -22,6 +22,8 @@ def segment(
     disparity_scale: options.DisparityScale = None,
     calib: options.Calib = None,
     views: options.Views = 2,
+    cameras: options.Cameras = None,
+    frame: options.Frame = 0,
     k: Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")] = "auto",
     weight: Annotated[
         str,
@@ -39,6 +41,12 @@ def segment(
     ] = False,
     fill: Annotated[bool, typer.Option(help="Label pixels without depth too.")] = True,
     threads: Annotated[int | None, typer.Option(help="Threads; by default one a core.")] = None,
+    formats: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format", help="Write this too: pcd, las, laz, coco or segments. Repeatable."
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Where results go [geohue-out]."),
@@ -69,6 +77,8 @@ def segment(
             disparity_scale=disparity_scale,
             calib=calib,
             views=views,
+            cameras=cameras,
+            frame=frame,
         )
         seg = run(
             scene,
@@ -84,7 +94,7 @@ def segment(
             progress=begin,
         )
         folder = Path("geohue-out") if out is None and not as_json else out
-        files = [] if folder is None else write_results(folder, scene, seg)
+        files = [] if folder is None else write_results(folder, scene, seg, formats or ())
     warn(seg.warnings)
     if as_json:
         print_json(seg.summary())
