@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import cv2
@@ -272,3 +274,11 @@ class TestMistakes:
         assert run(["--help"]) == 0
         assert "segment" in capsys.readouterr().out
         assert "fly" in line_of(["fly"], capsys)
+
+
+def test_neither_the_library_nor_the_command_line_starts_with_heavy_libraries() -> None:
+    heavy = ("numpy", "scipy", "cv2", "numba", "skimage", "sklearn", "matplotlib", "trimesh")
+    for module in ("geohue", "geohue.cli"):
+        code = f"import sys, {module}; print([m for m in {heavy} if m in sys.modules])"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        assert done.stdout.strip() == "[]", module

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from geohue.cli.console import print_json, warn
@@ -74,6 +73,8 @@ def _facts(
 
 def describe_cloud(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return what there is to know of a cloud file, also of one that cannot be segmented."""
+    import numpy as np
+
     from geohue.io.cloud import format_of, read_cloud
     from geohue.scene import Scene
 
@@ -102,6 +103,8 @@ def describe_cloud(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
 
 def describe(scene: Scene) -> dict[str, Any]:
     """Return what there is to know of a scene before it is segmented."""
+    import numpy as np
+
     valid = scene.valid
     facts: dict[str, Any] = {"kind": _kind(scene), "n_points": scene.size}
     if scene.is_grid:
