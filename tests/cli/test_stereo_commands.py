@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from geohue.cli.app import run
+from geohue.io.rig import read_rig
 from geohue.io.stereo_calibration import read_stereo_calibration
 
 SHIFT = 8
@@ -114,3 +115,18 @@ def test_calibrate_mistakes(
         assert run(["calibrate", *arguments, *out]) == 2
         assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_calibrate_a_depth_sensor_and_a_camera(
+    data_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = data_dir / "opencv_samples"
+    numbers = ("01", "03", "05", "07", "09", "12")
+    pictures = [str(folder / f"{side}{n}.jpg") for side in ("left", "right") for n in numbers]
+    out = ["--rig", "--square", "0.03", "-o", str(tmp_path), "--json"]
+    report = result_of(["calibrate", *pictures, *out], capsys)
+    error = report["reprojection_error_px"]
+    assert isinstance(error, float)
+    assert error < 0.5
+    rig = read_rig(tmp_path / "calibration.json")
+    assert np.linalg.norm(rig.cameras[0].translation) == pytest.approx(0.1, abs=0.01)

@@ -15,7 +15,8 @@ from geohue.io import read_color
 from geohue.io.rig import read_rig
 from geohue.io.rig_write import write_rig
 from geohue.sensors import Lens, PosedCamera
-from geohue.sensors.calibration import calibrate_rig, find_corners
+from geohue.sensors.calibration import calibrate_rig
+from geohue.stereo.calibrate import find_corners
 from sensors.rigs import rotation
 
 OPENCV: Any = cv2

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from geohue.cli.console import print_json, warn
 from geohue.cli.options import AsJson
 from geohue.errors import GeohueError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 def calibrate(
@@ -22,6 +26,12 @@ def calibrate(
     pattern: Annotated[
         str, typer.Option(metavar="COLSxROWS", help="Inner corners of the board.")
     ] = "9x6",
+    rig: Annotated[
+        bool,
+        typer.Option(
+            "--rig", help="The left camera is the infrared one of a depth sensor (Sec. VI-C)."
+        ),
+    ] = False,
     square: Annotated[
         float, typer.Option(metavar="METRES", help="Side of a square; the unit of the baseline.")
     ] = 1.0,
@@ -30,10 +40,11 @@ def calibrate(
     ] = Path("geohue-calibration"),
     as_json: AsJson = False,
 ) -> None:
-    """Calibrate a stereo pair from pictures of a checkerboard.
+    """Calibrate a stereo pair, or a depth sensor and a camera, from pictures of a checkerboard.
 
     Writes stereo.yml (OpenCV: K1 D1 K2 D2 R T) for --calib, and rectified.png, the first pair
-    rectified with level lines that must meet the same points in both views.
+    rectified with level lines that must meet the same points in both views. With --rig writes
+    calibration.json for geohue register and --camera; --square must then be in metres.
     """
     from geohue.io import read_color, write_png
     from geohue.io.stereo_calibration import write_stereo_calibration
@@ -44,6 +55,9 @@ def calibrate(
     half = len(images) // 2
     pairs = [(read_color(a), read_color(b)) for a, b in zip(images[:half], images[half:])]  # noqa: B905
     names = [path.name for path in images[:half]]
+    if rig:
+        _calibrate_rig(pairs, names, _pattern(pattern), square, out, as_json)
+        return
     found = calibrate_stereo(pairs, _pattern(pattern), square, names=names)
     errors = {
         "reprojection_error_px": found.error,
@@ -74,6 +88,33 @@ def calibrate(
         typer.echo(f"{view['left']:24} {view['left_error_px']:.3f} {view['right_error_px']:.3f} px")
     typer.echo(f"reprojection error {found.error:.3f} px over {len(views)} pairs")
     typer.echo(f"{out}: stereo.yml, rectified.png")
+
+
+def _calibrate_rig(
+    pairs: list[tuple[NDArray[np.uint8], NDArray[np.uint8]]],
+    names: list[str],
+    pattern: tuple[int, int],
+    square: float,
+    out: Path,
+    as_json: bool,
+) -> None:
+    from geohue.io.rig_write import write_rig
+    from geohue.sensors.calibration import calibrate_rig
+
+    found = calibrate_rig([a for a, _ in pairs], [b for _, b in pairs], pattern, square)
+    write_rig(out / "calibration.json", found.rig)
+    warn(found.rig.warnings)
+    report = {
+        "depth_error_px": found.rms[0],
+        "color_error_px": found.rms[1],
+        "reprojection_error_px": found.rms[2],
+        "used": [names[i] for i in found.used],
+    }
+    if as_json:
+        print_json(report)
+        return
+    typer.echo(f"reprojection error {found.rms[2]:.3f} px over {len(found.used)} pairs")
+    typer.echo(f"{out}: calibration.json")
 
 
 def _pattern(text: str) -> tuple[int, int]:

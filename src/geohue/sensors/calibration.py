@@ -14,6 +14,7 @@ from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
 from geohue.sensors.lens import Lens
 from geohue.sensors.rig import PosedCamera, Rig
+from geohue.stereo.calibrate import board_points, find_corners
 
 _FEWEST = 3
 _POOR = 1.0  # pixels of reprojection error that say that something is wrong
@@ -87,7 +88,7 @@ def calibrate_rig(
             f"{len(used)} of {len(corners)} pairs show all {pattern[0]} x {pattern[1]} inner "
             f"corners in both pictures: at least {_FEWEST} are needed; check the pattern"
         )
-    board = [_board(pattern, square)] * len(used)
+    board = [board_points(pattern, square)] * len(used)
     sides = [[corners[i][side] for i in used] for side in (0, 1)]
     sizes = [(im[used[0]].shape[1], im[used[0]].shape[0]) for im in (depth_images, color_images)]
     single = [
@@ -107,29 +108,6 @@ def calibrate_rig(
     )
     camera = PosedCamera(lenses[1], np.asarray(R, np.float64), np.asarray(T, np.float64).ravel())
     return Calibration(Rig((camera,), lenses[0], warnings=doubts), errors, used)
-
-
-def find_corners(image: Image, pattern: tuple[int, int]) -> NDArray[np.float32] | None:
-    """Return the inner corners of a checkerboard, (N, 1, 2) to a fraction of a pixel, or None."""
-    import cv2
-
-    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
-    found, corners = cv2.findChessboardCorners(grey, pattern, flags=flags)
-    if not found:
-        return None
-    stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 40, 0.001)
-    gap = float(np.linalg.norm(np.diff(corners.reshape(-1, 2), axis=0), axis=1).min())
-    reach = int(np.clip(gap / 3, 2, 11))
-    fine = cv2.cornerSubPix(grey, corners, (reach, reach), (-1, -1), stop)
-    return np.asarray(fine, np.float32)
-
-
-def _board(pattern: tuple[int, int], square: float) -> NDArray[np.float32]:
-    columns, rows = pattern
-    points = np.zeros((rows * columns, 3), np.float32)
-    points[:, :2] = np.mgrid[0:columns, 0:rows].T.reshape(-1, 2) * square
-    return points
 
 
 def _lens(K: NDArray[np.float64], D: NDArray[np.float64], size: tuple[int, int]) -> Lens:

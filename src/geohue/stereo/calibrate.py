@@ -102,7 +102,7 @@ def calibrate_stereo(
             f"inner corners, at least {FEWEST} must: check --pattern (inner corners, not squares), "
             "light and sharpness"
         )
-    board = _board(pattern, square)
+    board = board_points(pattern, square)
     first, second = ([found[i][side] for i in used] for side in (0, 1))
     solved = _solve(board, first, second, (width, height))
     errors = np.asarray(solved["view_errors"], np.float64)
@@ -215,7 +215,8 @@ def _missing(name: str, corners: tuple[Corners | None, ...]) -> str:
     return f"{name}: left out, no whole board in the {' and the '.join(sides)} picture"
 
 
-def _board(pattern: tuple[int, int], square: float) -> NDArray[np.float32]:
+def board_points(pattern: tuple[int, int], square: float) -> NDArray[np.float32]:
+    """Return the inner corners of a checkerboard in its own frame, (N, 3)."""
     points = np.zeros((pattern[0] * pattern[1], 3), np.float32)
     points[:, :2] = np.mgrid[: pattern[0], : pattern[1]].T.reshape(-1, 2) * square
     return points
