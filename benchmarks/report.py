@@ -1,6 +1,6 @@
 """Write the tables of benchmark runs, with the version and the machine behind each.
 
-    python -m benchmarks.report NAME=RUN [NAME=RUN ...] [--least N]
+    python -m benchmarks.report NAME=RUN [NAME=RUN ...] [--least N] [--methods A,B]
 
 RUN is the folder of a ``geohue benchmark``, finished or not: trials with fewer than N frames are
 left out, and all others are compared on the frames that all of them have.
@@ -18,16 +18,21 @@ from geohue.evaluate.ledger import Ledger, Row
 from geohue.evaluate.summary import by_trial, summarise, table
 
 
-def comparable(rows: list[Row], least: int) -> list[Row]:
+def comparable(rows: list[Row], least: int, methods: str | None) -> list[Row]:
     """Keep the trials with at least so many frames, and the frames that all of these have."""
-    groups = [group for group in by_trial(rows).values() if len(group) >= least]
+    wanted = None if methods is None else methods.split(",")
+    groups = [
+        group
+        for group in by_trial(rows).values()
+        if len(group) >= least and (wanted is None or group[0]["method"] in wanted)
+    ]
     if not groups:
         return []
     common = set.intersection(*({row["frame"] for row in group} for group in groups))
     return [row for group in groups for row in group if row["frame"] in common]
 
 
-def report(name: str, run: Path, least: int) -> Iterator[str]:
+def report(name: str, run: Path, least: int, methods: str | None) -> Iterator[str]:
     """Yield the lines on one run."""
     settings = json.loads((run / SETTINGS).read_text(encoding="utf-8"))
     machine = settings.pop("machine")
@@ -35,7 +40,7 @@ def report(name: str, run: Path, least: int) -> Iterator[str]:
     yield ""
     rows = list(Ledger(run / TABLE, FIELDS, KEYS).rows().values())
     summaries = sorted(
-        summarise(comparable(rows, least)),
+        summarise(comparable(rows, least, methods)),
         key=lambda s: s.measures["voi_bits"].mean if s.measures else float("inf"),
     )
     yield table(summaries)
@@ -55,10 +60,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("runs", nargs="+", metavar="NAME=RUN")
     parser.add_argument("--least", type=int, default=1)
+    parser.add_argument("--methods", help="these only, commas between")
     given = parser.parse_args()
     for pair in given.runs:
         name, _, folder = pair.partition("=")
-        print("\n".join(report(name, Path(folder), given.least)))
+        print("\n".join(report(name, Path(folder), given.least, given.methods)))
 
 
 if __name__ == "__main__":

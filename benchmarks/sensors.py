@@ -129,11 +129,13 @@ def picture(shown: dict[tuple[str, str | None], list[Any]]) -> NDArray[np.uint8]
 
 
 def _write_small(path: Path, image: NDArray[np.uint8]) -> None:
-    """Write a PNG with 128 colours: a third of the bytes."""
+    """Write a PNG with 256 colours: a quarter of the bytes."""
     from PIL import Image
 
+    method, dither = Image.Quantize.MAXCOVERAGE, Image.Dither.NONE
     with atomic_write(path) as temporary:
-        Image.fromarray(image).quantize(128, dither=Image.Dither.NONE).save(temporary, "png")
+        few = Image.fromarray(image).quantize(256, method, kmeans=2, dither=dither)
+        few.save(temporary, "png", optimize=True)
 
 
 HEADS = {
