@@ -14,22 +14,25 @@ from geohue.features import Cues, extract_features, lab_of
 from geohue.fill import fill_labels
 from geohue.ncut.cutter import Cutter
 from geohue.parallel import Workers, workers
-from geohue.presets import Preset, preset_named
+from geohue.presets import WEIGHT_RULES, Preset, WeightRule, preset_named
 from geohue.regions import connected_components, merge_small_regions, relabel
 from geohue.scene import Scene
 from geohue.segmentation import Progress, Segmentation, StageClock
 from geohue.sensors.unseen import label_unseen
+from geohue.weight.agreement import HALF_OCTAVES, weight_by_agreement
 from geohue.weight.quality import QualityMetric
 from geohue.weight.search import Curve, search_weight
 
 K_LIMIT = 255
 """Most segments that may be asked for."""
 
+Weight = float | Literal["auto"] | WeightRule
+
 
 def segment(
     scene: Scene,
     k: int | Literal["auto"] = "auto",
-    weight: float | Literal["auto"] = "auto",
+    weight: Weight = "auto",
     preset: str | Preset = "paper",
     cues: Cues = "fusion",
     method: str = "nncsc",
@@ -48,9 +51,11 @@ def segment(
         An RGB-D frame or a coloured cloud.
     k : int or "auto"
         Number of segments, 1 to 255; "auto" chooses it (`choose_k`), and may choose 1.
-    weight : float or "auto"
-        The paper's lambda, the weight of geometry against colour, 0 to infinity; "auto" takes
-        the one with the highest Q. Of no effect unless `cues` is "fusion".
+    weight : float, "auto", "quality" or "agreement"
+        The paper's lambda, the weight of geometry against colour, 0 to infinity. "quality" takes
+        the one with the highest Q, as the paper does, "agreement" that of `weight_by_agreement`;
+        "auto" leaves the choice of these two to the preset. Of no effect unless `cues` is
+        "fusion".
     preset : {"paper", "fast", "best"} or Preset
         The settings.
     cues : {"fusion", "color", "geometry"}
@@ -106,7 +111,8 @@ def segment(
             fixed = _fixed_weight(weight, cues, splitter)
             n = cutter.choose_k(_or_balanced(fixed)) if k == "auto" else k
         with clock.stage("weight"):  # Sec. IV: eq. 6-17
-            lam, curve = _search(fixed, splitter, scene, draft, n, settings, team)
+            rule = settings.weight_rule if weight == "auto" else weight
+            lam, curve = _search(fixed, rule, splitter, scene, draft, n, settings, team)
         with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
             labels = splitter.labels(lam, n)
         with clock.stage("refine"):  # Sec. III: small regions, on grids
@@ -140,14 +146,15 @@ def segment(
 def _check_arguments(
     scene: Scene,
     k: int | Literal["auto"],
-    weight: float | Literal["auto"],
+    weight: Weight,
     seed: int,
     components: bool,
 ) -> None:
     if k != "auto" and not (_is_whole(k) and 1 <= k <= K_LIMIT):
         raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
-    if weight != "auto" and not (isinstance(weight, int | float | np.number) and weight >= 0):
-        raise GeohueError(f'weight is {weight!r}: expected "auto" or a number of at least 0')
+    named = ("auto", *WEIGHT_RULES)
+    if weight not in named and not (isinstance(weight, int | float | np.number) and weight >= 0):
+        raise GeohueError(f"weight is {weight!r}: expected {', '.join(named)}, or at least 0")
     if not (_is_whole(seed) and seed >= 0):
         raise GeohueError(f"seed is {seed!r}: expected a whole number of at least 0")
     if components and not scene.is_grid:
@@ -163,12 +170,12 @@ def _check_count(n_points: int, k: int | Literal["auto"]) -> None:
         raise GeohueError(f"{n_points} usable point(s) cannot form {k} segments: lower k")
 
 
-def _fixed_weight(weight: float | Literal["auto"], cues: Cues, splitter: Clusterer) -> float | None:
+def _fixed_weight(weight: Weight, cues: Cues, splitter: Clusterer) -> float | None:
     """Return the weight if it need not be searched."""
     if cues == "fusion":
         if not splitter.uses_weight:
             return math.nan
-        return None if weight == "auto" else float(weight)
+        return None if isinstance(weight, str) else float(weight)
     return 0.0 if cues == "color" else math.inf
 
 
@@ -179,6 +186,7 @@ def _or_balanced(weight: float | None) -> float:
 
 def _search(
     fixed: float | None,
+    rule: float | str,
     splitter: Clusterer,
     scene: Scene,
     draft: NDArray[np.int64],
@@ -186,7 +194,7 @@ def _search(
     settings: Preset,
     team: Workers,
 ) -> tuple[float, Curve]:
-    """Maximise Q over the weight, on the draft, unless the weight is fixed."""
+    """Choose the weight on the draft, unless it is fixed; returns it and the curve of Q."""
     if fixed is not None:
         return fixed, []
     if k == 1 and splitter.uses_k:
@@ -194,11 +202,20 @@ def _search(
     small = scene.take(draft)
     metric = QualityMetric(small)
 
-    def score(weight: float) -> float | None:
-        quality = metric(_refined(splitter.draft_labels(weight, k), small, settings, splitter))
+    def split(weight: float) -> NDArray[np.int32]:
+        return _refined(splitter.draft_labels(weight, k), small, settings, splitter)
+
+    def score(labels: NDArray[np.int32]) -> float | None:
+        quality = metric(labels)
         return quality.total if quality else None
 
-    return search_weight(score, team, settings.weights, settings.refinements)
+    if rule == "quality":
+        return search_weight(
+            lambda weight: score(split(weight)), team, settings.weights, settings.refinements
+        )
+    best, maps = weight_by_agreement(split, small, team)
+    values = zip(HALF_OCTAVES, map(score, maps), strict=True)
+    return best, [(weight, value) for weight, value in values if value is not None]
 
 
 def _refined(

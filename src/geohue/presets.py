@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 from geohue.errors import GeohueError
 from geohue.ncut.affinity import SCALE
@@ -10,6 +11,9 @@ from geohue.ncut.labels import Labelling
 from geohue.ncut.landmarks import Choice
 from geohue.ncut.selectors import K_MAX, Selector
 from geohue.weight.search import COARSE, REFINEMENTS
+
+WeightRule = Literal["quality", "agreement"]
+WEIGHT_RULES: tuple[WeightRule, ...] = get_args(WeightRule)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +36,8 @@ class Preset:
         Most segments that it may choose.
     draft_points : int
         Points on which K and the weight are chosen.
+    weight_rule : {"quality", "agreement"}
+        What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`.
     weights, refinements : tuple of float
         Weights tried first, and the steps around the best (`search_weight`).
     min_region : float
@@ -45,6 +51,7 @@ class Preset:
     selector: Selector = "eigengap"
     k_max: int = K_MAX
     draft_points: int = 20_000
+    weight_rule: WeightRule = "quality"
     weights: tuple[float, ...] = field(default=COARSE)
     refinements: tuple[float, ...] = field(default=REFINEMENTS)
     min_region: float = 0.002
@@ -52,8 +59,8 @@ class Preset:
 
 PRESETS: dict[str, Preset] = {
     "paper": Preset(),
-    "fast": Preset(landmarks=64, draft_points=5_000, weights=COARSE[1:-1], refinements=(0.5,)),
-    "best": Preset(landmarks=300, draft_points=40_000),
+    "fast": Preset(landmarks=64, draft_points=5_000, weight_rule="agreement"),
+    "best": Preset(landmarks=300, draft_points=40_000, weight_rule="agreement"),
 }
 
 

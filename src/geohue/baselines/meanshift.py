@@ -17,6 +17,8 @@ PAMI 24(5), 2002.
 
 from __future__ import annotations
 
+from threading import Lock
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,6 +35,11 @@ becomes one segment.
 
 SAMPLE = 4_000
 """Points over which the ball is shifted."""
+
+
+# scikit-learn changes the warning filters of the whole process while it works; two threads at once
+# would restore each other's.
+_ONE_AT_A_TIME = Lock()
 
 
 def run(job: Job) -> NDArray[np.int32]:
@@ -70,10 +77,11 @@ def find_modes(
     from sklearn.cluster import MeanShift, estimate_bandwidth
 
     points = rows.astype(np.float64)
-    if bandwidth is None:
-        bandwidth = float(estimate_bandwidth(points, quantile=quantile, n_jobs=1))
-    if bandwidth <= 0:  # most points coincide: nothing to tell apart
-        return np.array([points.mean(axis=0)], np.float64)
-    shift = MeanShift(bandwidth=bandwidth, bin_seeding=True, n_jobs=1).fit(points)
+    with _ONE_AT_A_TIME:
+        if bandwidth is None:
+            bandwidth = float(estimate_bandwidth(points, quantile=quantile, n_jobs=1))
+        if bandwidth <= 0:  # most points coincide: nothing to tell apart
+            return np.array([points.mean(axis=0)], np.float64)
+        shift = MeanShift(bandwidth=bandwidth, bin_seeding=True, n_jobs=1).fit(points)
     centers: NDArray[np.float64] = np.asarray(shift.cluster_centers_, np.float64)
     return centers

@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
 from geohue.errors import GeohueError
+
+if TYPE_CHECKING:
+    from geohue.driver import Weight
 
 STAGES = {
     "features": "reading colour and geometry",
@@ -20,6 +23,12 @@ STAGES = {
     "quality": "measuring the quality",
     "fill": "filling pixels without depth",
 }
+
+_WEIGHT_WORDS: tuple[Literal["auto", "quality", "agreement"], ...] = (
+    "auto",
+    "quality",
+    "agreement",
+)
 
 
 @contextmanager
@@ -54,23 +63,25 @@ def print_json(content: Mapping[str, Any]) -> None:
     typer.echo(json.dumps(content, indent=2))
 
 
-def number_or_auto(text: str, option: str) -> float | Literal["auto"]:
-    """Read a number or the word auto.
+def read_weight(text: str) -> Weight:
+    """Read a weight: a number, or what chooses it.
 
     Examples
     --------
-    >>> number_or_auto("0.5", "--lambda")
-    0.5
-    >>> number_or_auto("half", "--lambda")
+    >>> read_weight("0.5"), read_weight("auto")
+    (0.5, 'auto')
+    >>> read_weight("half")
     Traceback (most recent call last):
-    geohue.errors.GeohueError: --lambda half: expected "auto" or a number
+    geohue.errors.GeohueError: --lambda half: expected auto, quality, agreement or a number
     """
-    if text == "auto":
-        return "auto"
+    for word in _WEIGHT_WORDS:
+        if text == word:
+            return word
     try:
         return float(text)
     except ValueError:
-        raise GeohueError(f'{option} {text}: expected "auto" or a number') from None
+        message = f"--lambda {text}: expected {', '.join(_WEIGHT_WORDS)} or a number"
+        raise GeohueError(message) from None
 
 
 def whole_or_auto(text: str, option: str) -> int | Literal["auto"]:

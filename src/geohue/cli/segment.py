@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import number_or_auto, print_json, stage_bar, warn, whole_or_auto
+from geohue.cli.console import print_json, read_weight, stage_bar, warn, whole_or_auto
 
 
 def segment(
@@ -27,7 +27,11 @@ def segment(
     k: Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")] = "auto",
     weight: Annotated[
         str,
-        typer.Option("--lambda", metavar="auto|FLOAT", help="Weight of geometry against colour."),
+        typer.Option(
+            "--lambda",
+            metavar="auto|quality|agreement|FLOAT",
+            help="Weight of geometry against colour, or the rule that chooses it.",
+        ),
     ] = "auto",
     cues: Annotated[str, typer.Option(help="fusion, color or geometry.")] = "fusion",
     preset: Annotated[str, typer.Option(help="paper, fast or best.")] = "paper",
@@ -60,7 +64,7 @@ def segment(
     folder of -o (with --json and without -o, nothing is written).
     """
     wanted_k = whole_or_auto(k, "-k")
-    wanted_weight = number_or_auto(weight, "--lambda")
+    wanted_weight = read_weight(weight)
     with stage_bar() as begin:
         begin("loading")
         from geohue.driver import segment as run

@@ -1,0 +1,153 @@
+"""Beyond Sec. IV: the weight whose segmentation others agree with, with borders on colour edges.
+
+Q rewards depth that differs between segments, also where one surface is cut in pieces. This rule
+asks for three other things, and needs no reference either (docs/evaluation.md has the figures):
+
+- contrast: the colour step across the borders, over that between any neighbours;
+- consensus: the segmentation is like those for all other weights;
+- stability: it is like those for the neighbouring weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.evaluate.contingency import contingency_table
+from geohue.evaluate.partition import information_of
+from geohue.features import lab_of
+from geohue.parallel import Workers
+from geohue.scene import Scene
+
+HALF_OCTAVES: tuple[float, ...] = tuple(2.0 ** (e / 2) for e in range(-8, 9))
+"""The weights that are compared."""
+
+_CLOUD_NEIGHBOURS = 5
+
+Labels = NDArray[np.int32]
+
+
+def weight_by_agreement(
+    split: Callable[[float], Labels],
+    scene: Scene,
+    workers: Workers,
+    weights: Sequence[float] = HALF_OCTAVES,
+) -> tuple[float, list[Labels]]:
+    """Choose the weight with the most contrast, consensus and stability together.
+
+    Each of the three is brought to mean 0 and deviation 1 over the weights; their sum decides,
+    and of equal sums the weight nearest to 1.
+
+    Parameters
+    ----------
+    split : callable
+        Labels of `scene` for a weight; must be safe to call from several threads.
+    scene : Scene
+        The draft.
+    workers : Workers
+        Threads to use.
+    weights : sequence of float
+        Positive, in increasing order.
+
+    Returns
+    -------
+    weight : float
+        The best weight; 1 if no weight gives two segments.
+    labels : list of int32 arrays
+        The segmentations, one for each weight.
+
+    Examples
+    --------
+    >>> from geohue.parallel import workers
+    >>> rgb = np.zeros((4, 6, 3), np.uint8)
+    >>> rgb[:, 3:] = 255
+    >>> scene = Scene.from_rgbd(rgb, np.ones((4, 6)))
+    >>> good, bad = np.repeat([[0, 0, 0, 1, 1, 1]], 4, 0), np.repeat([[0, 1, 1, 1, 1, 1]], 4, 0)
+    >>> with workers(1) as team:
+    ...     weight, _ = weight_by_agreement(
+    ...         lambda x: (good if x < 3 else bad).astype(np.int32), scene, team, (1.0, 2.0, 4.0)
+    ...     )
+    >>> weight
+    1.0
+    """
+    contrast = BorderContrast(scene)
+    maps = list(workers.map(split, weights))
+    steps = np.array([contrast(labels) for labels in maps])
+    usable = np.flatnonzero(np.isfinite(steps))
+    if len(usable) == 0:
+        return 1.0, maps
+    distance = _distances([maps[i] for i in usable])
+    n = len(usable)
+    near = [distance[i, [j for j in (i - 1, i + 1) if 0 <= j < n]] for i in range(n)]
+    total = (
+        _standard(steps[usable])
+        + _standard(-distance.sum(axis=1))
+        + _standard(-np.array([d.mean() if len(d) else 0.0 for d in near]))
+    )
+    offset = np.abs(np.log2(np.array(weights)[usable]))
+    best = np.lexsort((offset, -total.round(9)))[0]
+    return float(weights[usable[best]]), maps
+
+
+class BorderContrast:
+    """The mean colour step across the borders of segments, over that between any neighbours.
+
+    Neighbours are pixels side by side, or the nearest points of a cloud. The step is the distance
+    in CIELab.
+
+    Parameters
+    ----------
+    scene : Scene
+        Points without geometry take no part.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._one, self._other = _neighbours(scene)
+        lab = lab_of(scene.colors.reshape(-1, 3))
+        self._step = np.linalg.norm(lab[self._one] - lab[self._other], axis=1).astype(np.float64)
+
+    def __call__(self, labels: Labels) -> float:
+        """Return the contrast of a segmentation, 0 or more; NaN without any border."""
+        flat = labels.reshape(-1)
+        a, b = flat[self._one], flat[self._other]
+        seen = (a >= 0) & (b >= 0)
+        cut = seen & (a != b)
+        if not cut.any():
+            return float("nan")
+        everywhere = float(self._step[seen].mean())
+        return float(self._step[cut].mean()) / everywhere if everywhere > 0 else 0.0
+
+
+def _neighbours(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    if scene.is_grid:
+        index = np.arange(scene.size).reshape(scene.shape)
+        one = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
+        other = np.concatenate([index[:, :-1].ravel(), index[:-1].ravel()])
+        valid = scene.valid.reshape(-1)
+        both = valid[one] & valid[other]
+        return one[both], other[both]
+    from scipy.spatial import cKDTree
+
+    index = np.flatnonzero(scene.valid)
+    points = scene.points[index]
+    k = min(_CLOUD_NEIGHBOURS + 1, len(points))
+    _, near = cKDTree(points).query(points, k)
+    near = np.asarray(near).reshape(len(points), -1)[:, 1:]
+    return np.repeat(index, near.shape[1]), index[near.ravel()]
+
+
+def _distances(maps: list[Labels]) -> NDArray[np.float64]:
+    """Variation of information in bits between each two segmentations."""
+    distance = np.zeros((len(maps), len(maps)))
+    for i in range(len(maps)):
+        for j in range(i):
+            table = contingency_table(maps[i], maps[j], ignore=-1, keep_unlabelled=False)
+            distance[i, j] = distance[j, i] = information_of(table).total
+    return distance
+
+
+def _standard(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    spread = float(values.std())
+    return np.asarray((values - values.mean()) / (spread if spread > 1e-12 else 1.0))
