@@ -29,7 +29,7 @@ Depth = Annotated[
 ]
 Sample = Annotated[
     str | None,
-    typer.Option(help="A built-in scene: motorcycle, motorcycle-stereo or motorcycle-matched."),
+    typer.Option(help="A built-in scene: motorcycle, motorcycle-stereo, boxes, balls, ..."),
 ]
 Intrinsics = Annotated[
     str | None,

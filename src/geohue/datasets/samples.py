@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
 from geohue.scene import Scene
+from geohue.simulate.scenes import WORLDS
 
 if TYPE_CHECKING:
     from geohue.stereo.rig import StereoRig
@@ -58,12 +60,19 @@ def _motorcycle_pair() -> tuple[
     return left, right, known, StereoRig(cameras[0], cameras[1], baseline=0.193001)
 
 
+def _simulated(name: str) -> Scene:
+    from geohue.simulate import scene
+
+    return scene(name)[0]
+
+
 SAMPLES: dict[str, Callable[[], Scene]] = {
     "motorcycle": motorcycle,
     "motorcycle-stereo": motorcycle_stereo,
     "motorcycle-matched": motorcycle_matched,
+    **{name: partial(_simulated, name) for name in WORLDS},
 }
-"""The samples by name."""
+"""The samples by name; those after the motorcycle are simulated (`geohue.simulate`)."""
 
 
 def load_sample(name: str) -> Scene:
