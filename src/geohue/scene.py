@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geohue.camera import Intrinsics
+from geohue.checks import (
+    centered,
+    check_cloud_colors,
+    check_depth,
+    check_disparity,
+    check_image,
+    is_real,
+)
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -94,8 +102,8 @@ class Scene:
         >>> scene.shape, int(scene.valid.sum()), len(scene.warnings)
         ((4, 6), 24, 1)
         """
-        colors = _check_image(rgb)
-        metres = _check_depth(depth, colors.shape[:2], depth_scale)
+        colors = check_image(rgb)
+        metres = check_depth(depth, colors.shape[:2], depth_scale)
         height, width = metres.shape
         warnings: tuple[str, ...] = ()
         if intrinsics is None:
@@ -140,13 +148,13 @@ class Scene:
         [128, 128, 128]
         """
         xyz = np.asarray(points)
-        if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not _is_real(xyz):
+        if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not is_real(xyz):
             raise GeohueError(
                 f"points have shape {xyz.shape} and type {xyz.dtype}: "
                 "expected (N, 3) or (H, W, 3) numbers"
             )
-        rgb = _check_cloud_colors(np.asarray(colors), xyz.shape)
-        return cls(rgb, _center_far_points(xyz))
+        rgb = check_cloud_colors(np.asarray(colors), xyz.shape)
+        return cls(rgb, centered(xyz))
 
     @classmethod
     def from_stereo(
@@ -197,8 +205,8 @@ class Scene:
         """
         from geohue.stereo.pair import StereoPair
 
-        images = _check_image(left), _check_image(right)
-        known = None if disparity is None else _check_disparity(disparity)
+        images = check_image(left), check_image(right)
+        known = None if disparity is None else check_disparity(disparity)
         pair = StereoPair.prepare(*images, rig, known, disparity_range=disparity_range)
         return pair.scene(views)
 
@@ -255,9 +263,9 @@ class Scene:
         xyz = np.asarray(points)
         depth = None
         if xyz.ndim == 2 and xyz.shape[1] != 3:
-            depth = _check_depth(xyz, xyz.shape, 1.0)
+            depth = check_depth(xyz, xyz.shape, 1.0)
             xyz = rig.points(depth)
-        if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not _is_real(xyz):
+        if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not is_real(xyz):
             raise GeohueError(
                 f"points have shape {xyz.shape} and type {xyz.dtype}: "
                 "expected (N, 3) or (H, W, 3) numbers, or a depth map (H, W)"
@@ -265,7 +273,7 @@ class Scene:
         with np.errstate(over="ignore"):
             cast = xyz.astype(np.float32)
         cast[~np.isfinite(cast).all(axis=-1)] = np.nan
-        found = color_range_points(cast, [_check_image(image) for image in images], rig, choice)
+        found = color_range_points(cast, [check_image(image) for image in images], rig, choice)
         unseen = (found.seen_by == 0) & np.isfinite(cast[..., 2])
         camera = None
         if cast.ndim == 3 and rig.depth is not None:
@@ -293,7 +301,7 @@ class Scene:
         GeohueError
             If the image is not 8-bit with one or three channels.
         """
-        colors = _check_image(rgb)
+        colors = check_image(rgb)
         return cls(colors, np.full(colors.shape, np.nan, np.float32))
 
     @property
@@ -372,88 +380,3 @@ def _canonical_order(colors: NDArray[np.uint8], points: NDArray[np.float32]) -> 
     bits = np.where(finite, distance, np.float32(np.inf)).view(np.uint32).astype(np.uint64)
     key = (red << np.uint64(48)) | (green << np.uint64(40)) | (blue << np.uint64(32)) | bits
     return np.argsort(key, kind="stable")
-
-
-def _is_real(array: NDArray[np.generic]) -> bool:
-    return array.dtype.kind in "fiu"
-
-
-def _check_image(rgb: ArrayLike) -> NDArray[np.uint8]:
-    image = np.asarray(rgb)
-    if image.dtype != np.uint8:
-        raise GeohueError(f"the image has type {image.dtype}: expected uint8 sRGB (0..255)")
-    if image.ndim == 2:
-        image = np.repeat(image[..., None], 3, axis=2)
-    if image.ndim != 3 or image.shape[2] != 3 or image.size == 0:
-        raise GeohueError(f"the image has shape {image.shape}: expected (H, W, 3) or (H, W)")
-    return np.ascontiguousarray(image)
-
-
-def _check_depth(
-    depth: ArrayLike, shape: tuple[int, ...], scale: float | None
-) -> NDArray[np.float32]:
-    raw = np.asarray(depth)
-    if raw.ndim != 2:
-        raise GeohueError(
-            f"the depth map has shape {raw.shape}: expected (H, W), one channel; "
-            "a picture of the depth in colours cannot be used"
-        )
-    if raw.shape != shape:
-        raise GeohueError(
-            f"image and depth differ in size: {shape[1]} x {shape[0]} and "
-            f"{raw.shape[1]} x {raw.shape[0]}; register the depth to the image first"
-        )
-    if not _is_real(raw):
-        raise GeohueError(f"the depth map has type {raw.dtype}: expected floats or integers")
-    if scale is None and raw.dtype.kind in "iu":
-        raise GeohueError(
-            f"the depth map has type {raw.dtype}: say how many metres a unit is "
-            "(depth_scale=0.001 for millimetres) or pass metres as floats"
-        )
-    if scale is not None and not 0 < scale < np.inf:
-        raise GeohueError(f"depth_scale is {scale}: expected a positive number of metres per unit")
-    with np.errstate(over="ignore"):  # a value that float32 cannot hold becomes inf: missing
-        metres = (raw * np.float64(scale or 1.0)).astype(np.float32)
-    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
-    return metres
-
-
-def _check_disparity(disparity: ArrayLike) -> NDArray[np.floating[Any]]:
-    values = np.asarray(disparity)
-    if values.ndim != 2 or not _is_real(values):
-        raise GeohueError(
-            f"the disparity has shape {values.shape} and type {values.dtype}: expected (H, W) "
-            "numbers in pixels"
-        )
-    return values.astype(np.float64)
-
-
-def _check_cloud_colors(colors: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    if colors.shape != shape:
-        raise GeohueError(
-            f"points and colours differ in shape: {shape} and {colors.shape}; "
-            "every point needs red, green and blue"
-        )
-    if colors.dtype == np.uint8:
-        return np.ascontiguousarray(colors, dtype=np.uint8)
-    values = colors.astype(np.float64) if colors.dtype.kind == "f" else None
-    if values is None or not (values.size == 0 or (values.min() >= 0 and values.max() <= 1)):
-        raise GeohueError(
-            f"the colours have type {colors.dtype}: expected uint8, or floats within 0..1"
-        )
-    return np.rint(values * 255).astype(np.uint8)
-
-
-def _center_far_points(xyz: NDArray[np.generic]) -> NDArray[np.float32]:
-    """Cast to float32; geo-referenced coordinates lose their offset, which no result depends on."""
-    points = xyz.astype(np.float64)
-    finite = np.isfinite(points).all(axis=-1)
-    points[~finite] = np.nan
-    if finite.any():
-        low, high = points[finite].min(axis=0), points[finite].max(axis=0)
-        if np.abs(np.stack([low, high])).max() > 1e3 * max((high - low).max(), 1e-300):
-            points -= (low + high) / 2
-    with np.errstate(over="ignore"):
-        cast = points.astype(np.float32)
-    cast[~np.isfinite(cast).all(axis=-1)] = np.nan
-    return cast
