@@ -38,6 +38,13 @@ class Workers:
         return self.map(function, [slice(i, min(i + block, n)) for i in range(0, n, block)])
 
 
+def cores() -> int:
+    """Return the number of processor cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @contextmanager
 def workers(threads: int | None = None) -> Iterator[Workers]:
     """Open `threads` threads (None: one a core) and keep BLAS to one thread each meanwhile.
@@ -52,11 +59,7 @@ def workers(threads: int | None = None) -> Iterator[Workers]:
 
     if threads is not None and threads < 1:
         raise GeohueError(f"threads is {threads}: expected at least 1")
-    count = (
-        threads or len(os.sched_getaffinity(0))
-        if hasattr(os, "sched_getaffinity")
-        else (threads or os.cpu_count() or 1)
-    )
+    count = threads or cores()
     with threadpool_limits(limits=1, user_api="blas"):
         if count == 1:
             yield Workers(None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from geohue.driver import K_LIMIT, segment
 from geohue.errors import GeohueError
 from geohue.features import CUES, extract_features
 from geohue.ncut.cutter import Cutter
-from geohue.parallel import workers
+from geohue.parallel import cores, workers
 from geohue.presets import preset_named
 from geohue.scene import Scene
 from geohue.segmentation import Segmentation
@@ -108,7 +107,7 @@ def compare(
     if not todo:
         raise GeohueError(next(iter(found.values())).reason)
     work = partial(run_cell, Task(scene, truth, chosen, preset, seed))
-    crew = min(processes or min(_cores(), _MOST_PROCESSES), len(todo))
+    crew = min(processes or min(cores(), _MOST_PROCESSES), len(todo))
     for count, outcome in enumerate(run_crew(work, todo, crew, timeout), start=1):
         cell = outcome.job
         found[cell] = outcome.answer or Result(cell, "failed", outcome.error or "no answer")
@@ -178,9 +177,3 @@ def _check(
         raise GeohueError(f"processes is {processes}: expected at least 1")
     if not 0 < timeout < math.inf:
         raise GeohueError(f"timeout is {timeout:g}: expected a positive number of seconds")
-
-
-def _cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

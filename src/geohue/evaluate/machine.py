@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import re
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from geohue.parallel import cores
 
 PACKAGES = ("numpy", "scipy", "scikit-image", "scikit-learn", "opencv-python-headless", "numba")
 
@@ -31,13 +32,7 @@ def _cpu() -> str:
     except OSError:
         found = None
     name = found.group(1).strip() if found else platform.processor() or platform.machine()
-    return f"{_cores()} core(s), {' '.join(name.split())}"
-
-
-def _cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return f"{cores()} core(s), {' '.join(name.split())}"
 
 
 def _version(name: str) -> str:
