@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 from geohue.errors import GeohueError
@@ -52,8 +52,8 @@ class Preset:
     k_max: int = K_MAX
     draft_points: int = 20_000
     weight_rule: WeightRule = "quality"
-    weights: tuple[float, ...] = field(default=COARSE)
-    refinements: tuple[float, ...] = field(default=REFINEMENTS)
+    weights: tuple[float, ...] = COARSE
+    refinements: tuple[float, ...] = REFINEMENTS
     min_region: float = 0.002
 
 

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
-from geohue.errors import GeohueError
+from geohue.errors import GeohueError, GeohueWarning
+
+Source = TypeVar("Source")
+Content = TypeVar("Content")
 
 
 def broken(path: str | Path, cause: str) -> GeohueError:
@@ -16,6 +22,16 @@ def reason(error: BaseException) -> str:
     """Return an exception's text as one short line."""
     text = " ".join(str(getattr(error, "strerror", None) or error).split()) or type(error).__name__
     return text if len(text) <= 160 else text[:157] + "..."
+
+
+def with_notes(
+    read: Callable[[Source], Content], source: Source
+) -> tuple[Content, tuple[str, ...]]:
+    """Call a reader; returns what it read and the texts of the `GeohueWarning`s it gave."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GeohueWarning)
+        content = read(source)
+    return content, tuple(str(warning.message) for warning in caught)
 
 
 def read_bytes(path: str | Path, limit: int | None = None) -> bytes:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from geohue.camera import Intrinsics
-from geohue.errors import GeohueError, GeohueWarning
+from geohue.errors import GeohueError
 from geohue.io.cloud import CLOUD_SUFFIXES, is_colmap, read_cloud
-from geohue.io.files import broken
+from geohue.io.files import broken, with_notes
 from geohue.io.images import read_color, read_depth
 from geohue.io.intrinsics import read_intrinsics
 from geohue.scene import Scene
@@ -58,7 +56,7 @@ def read_scene(
         return Scene.from_image(colors)
     if Path(depth).suffix.lower() not in (".npy", ".npz") and is_cloud(depth):
         raise broken(depth, f"is a cloud; give it alone, without {source}")
-    camera, notes = (None, ()) if intrinsics is None else _camera(intrinsics)
+    camera, notes = (None, ()) if intrinsics is None else with_notes(read_intrinsics, intrinsics)
     if depth_scale is None and camera is not None and camera.depth_scale is not None:
         depth_scale = 1 / camera.depth_scale
     image = read_depth(depth, depth_scale)
@@ -95,13 +93,6 @@ def view_doubts(scene: Scene) -> tuple[str, ...]:
         f"the intrinsics see {wide:.0f} x {high:.0f} degrees with the axis at ({camera.cx:.0f}, "
         f"{camera.cy:.0f}) of {width} x {height}: implausible; are they for another size?",
     )
-
-
-def _camera(source: str | Path) -> tuple[Intrinsics, tuple[str, ...]]:
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", GeohueWarning)
-        camera = read_intrinsics(source)
-    return camera, tuple(str(w.message) for w in caught)
 
 
 def _cloud_scene(path: str | Path) -> Scene:

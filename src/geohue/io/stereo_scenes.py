@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
-from geohue.errors import GeohueError, GeohueWarning
+from geohue.errors import GeohueError
 from geohue.io.disparity import parse_disparity_scale, read_disparity
-from geohue.io.files import broken
+from geohue.io.files import broken, with_notes
 from geohue.io.images import read_color
 from geohue.io.stereo_calibration import read_stereo_calibration
 from geohue.scene import Scene
-from geohue.stereo.rig import StereoRig
 
 
 def read_stereo_scene(
@@ -52,7 +50,7 @@ def read_stereo_scene(
     if images[0].shape != images[1].shape:
         sizes = " and ".join(f"{image.shape[1]} x {image.shape[0]}" for image in images)
         raise broken(right, f"differs in size from {left}: {sizes}; give a pair of one size")
-    rig, notes = (None, ()) if calib is None else _rig(calib)
+    rig, notes = (None, ()) if calib is None else with_notes(read_stereo_calibration, calib)
     if disparity is None:
         if disparity_scale is not None:
             raise GeohueError("--disparity-scale has no --disparity to scale: give the map too")
@@ -65,10 +63,3 @@ def read_stereo_scene(
         known, notes = image.disparity, (*notes, *image.warnings)
     scene = Scene.from_stereo(*images, rig, known, 1 if views == 1 else 2)
     return replace(scene, warnings=(*notes, *scene.warnings))
-
-
-def _rig(calib: str | Path) -> tuple[StereoRig, tuple[str, ...]]:
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", GeohueWarning)
-        rig = read_stereo_calibration(calib)
-    return rig, tuple(str(w.message) for w in caught)

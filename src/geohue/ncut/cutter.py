@@ -10,13 +10,13 @@ from geohue.features import Features
 from geohue.ncut.labels import find_centers
 from geohue.ncut.landmarks import choose_landmarks
 from geohue.ncut.lloyd import nearest_center
-from geohue.ncut.nystrom import NystromCut, nystrom_cut
+from geohue.ncut.nystrom import nystrom_cut
 from geohue.ncut.selectors import choose_k
 from geohue.parallel import Workers
 from geohue.presets import Preset
 
 CENTER_SAMPLE = 5_000
-"""Rows that k-means looks at."""
+"""Rows that k-means and the selectors of K look at."""
 
 
 class Cutter:
@@ -86,8 +86,7 @@ class Cutter:
     def _choose_k(self, vectors: Floats, landmarks: Floats) -> int:
         most, scale = self._settings.k_max, self._settings.scale
         cut = nystrom_cut(vectors, landmarks, self._workers, most + 1, scale)
-        sample = vectors[:: -(-len(vectors) // CENTER_SAMPLE)]
-        return choose_k(cut, sample, self._settings.selector, most)
+        return choose_k(cut, _sample(vectors), self._settings.selector, most)
 
     def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Cut the draft; returns labels in the draft's shape, -1 where it has no point."""
@@ -103,17 +102,18 @@ class Cutter:
     ) -> NDArray[np.int32]:
         if k == 1:
             return np.zeros(len(features), np.int32)
-        cut = self._cut(features, weight, k, workers)
+        draft = self.draft.mixed(weight)
+        vectors = draft if features is self.draft else features.mixed(weight)
+        cut = nystrom_cut(vectors, draft[self._landmarks], workers, k, self._settings.scale)
         k = min(k, cut.basis.shape[1])  # coinciding points span fewer directions
-        sample = self.draft.mixed(weight)[:: -(-len(self.draft) // CENTER_SAMPLE)]
         rng = np.random.default_rng((self._seed, 1))
-        centers = find_centers(cut.rows(sample, k), k, self._settings.labelling, rng)
-        vectors = features.mixed(weight)
+        centers = find_centers(cut.rows(_sample(draft), k), k, self._settings.labelling, rng)
         parts = workers.map_blocks(
             lambda rows: nearest_center(cut.rows(vectors[rows], k), centers), len(features)
         )
         return np.concatenate(list(parts))
 
-    def _cut(self, features: Features, weight: float, m: int, workers: Workers) -> NystromCut:
-        landmarks = self.draft.mixed(weight)[self._landmarks]
-        return nystrom_cut(features.mixed(weight), landmarks, workers, m, self._settings.scale)
+
+def _sample(vectors: Floats) -> Floats:
+    """Every n-th row, at most `CENTER_SAMPLE` of them."""
+    return vectors[:: -(-len(vectors) // CENTER_SAMPLE)]
