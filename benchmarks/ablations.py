@@ -22,7 +22,7 @@ from geohue.driver import segment
 from geohue.evaluate import evaluate
 from geohue.evaluate.crop import PROTOCOLS, Crop
 from geohue.evaluate.frames import Frame, find_frames, load_frame
-from geohue.evaluate.pool import run_jobs
+from geohue.jobs.pool import run_jobs
 from geohue.presets import PRESETS
 from geohue.simulate import WORLDS, scene
 

@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from geohue.evaluate.benchmark import FIELDS, KEYS, SETTINGS, TABLE
-from geohue.evaluate.ledger import Ledger, Row
 from geohue.evaluate.summary import by_trial, summarise, table
+from geohue.jobs.ledger import Ledger, Row
 
 
 def comparable(rows: list[Row], least: int, methods: str | None) -> list[Row]:

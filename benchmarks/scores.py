@@ -23,8 +23,8 @@ from geohue.evaluate.contingency import contingency_table
 from geohue.evaluate.crop import PROTOCOLS, Crop
 from geohue.evaluate.frames import Frame, find_frames, load_frame
 from geohue.evaluate.partition import information_of, rand_of
-from geohue.evaluate.pool import run_jobs
 from geohue.io.atomic import atomic_write
+from geohue.jobs.pool import run_jobs
 from geohue.regions import connected_components
 from geohue.scene import Scene
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from geohue.evaluate.crop import PROTOCOLS, Crop
 from geohue.evaluate.frames import Frame, find_frames, load_frame
-from geohue.evaluate.pool import run_jobs
 from geohue.features import extract_features
 from geohue.io.atomic import atomic_write
+from geohue.jobs.pool import run_jobs
 from geohue.ncut.cutter import CENTER_SAMPLE, Cutter
 from geohue.ncut.labels import find_centers
 from geohue.ncut.lloyd import nearest_center

@@ -19,11 +19,11 @@ from geohue.cli.app import run as command
 from geohue.errors import GeohueError
 from geohue.evaluate.benchmark import FIELDS, benchmark
 from geohue.evaluate.frames import find_frames, load_frame
-from geohue.evaluate.ledger import Ledger, Row
-from geohue.evaluate.pool import run_jobs
 from geohue.evaluate.summary import Spread, summarise, table
 from geohue.evaluate.trials import Conditions, Trial, plan
 from geohue.io.images import read_labels, write_png
+from geohue.jobs.ledger import Ledger, Row
+from geohue.jobs.pool import run_jobs
 
 HERE = Path(__file__).parent
 

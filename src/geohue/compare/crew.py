@@ -1,6 +1,6 @@
 """Jobs side by side in processes, each with a time limit, none of which can stop the others.
 
-`geohue.evaluate.pool` is for many jobs of which all should end well; here every job is answered
+`geohue.jobs.pool` is for many jobs of which all should end well; here every job is answered
 for by itself, so that a process can be ended in the middle of one.
 """
 
@@ -146,7 +146,7 @@ def _cause(code: int | None) -> str:
 
 def _serve(line: Connection, function: Callable[[Any], Any]) -> None:
     """Answer jobs until nobody asks any more."""
-    from geohue.evaluate.pool import one_thread
+    from geohue.jobs.pool import one_thread
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is interrupted too, and ends us
     Thread(target=_end_with_parent, daemon=True).start()

@@ -16,13 +16,13 @@ from geohue._version import __version__
 from geohue.errors import GeohueError
 from geohue.evaluate.crop import Crop
 from geohue.evaluate.frames import Frame, find_frames, load_frame
-from geohue.evaluate.ledger import Ledger, Row
 from geohue.evaluate.machine import describe_machine
-from geohue.evaluate.pool import run_jobs
 from geohue.evaluate.trials import Conditions, Trial, answer, scores
 from geohue.io.atomic import atomic_write
 from geohue.io.files import read_bytes
 from geohue.io.images import write_png
+from geohue.jobs.ledger import Ledger, Row
+from geohue.jobs.pool import run_jobs
 from geohue.scene import Scene
 
 TABLE = "frames.csv"

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from geohue.evaluate.benchmark import LABELS
 from geohue.evaluate.crop import Crop
 from geohue.evaluate.frames import Frame, load_frame
-from geohue.evaluate.ledger import Row
 from geohue.evaluate.summary import by_trial, column
 from geohue.evaluate.trials import Trial
 from geohue.io.atomic import atomic_write
 from geohue.io.images import read_labels, write_png
+from geohue.jobs.ledger import Row
 from geohue.picture import overlay
 
 PLOTTED = {"voi_bits": "VoI (bits, lower is better)", "rand": "Rand index (higher is better)"}

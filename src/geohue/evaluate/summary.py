@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.evaluate.ledger import Row
+from geohue.jobs.ledger import Row
 
 TRIAL = ("method", "cues", "preset")
 
