@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.fill.compiled import compiled
+from geohue.compiled import compiled
 from geohue.fill.heap import pop, set_key
 from geohue.fill.state import OPEN, STALE, Border, Image, Windows
 from geohue.fill.windows import add_to_window, close_window, neighbours, open_window, touches_open
