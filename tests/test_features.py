@@ -4,10 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from numpy.typing import NDArray
 from skimage.color import rgb2lab
 
 from geohue import GeohueError, Scene
-from geohue.features import extract_features, lab_of
+from geohue.features import Features, extract_features, lab_of
+from twins import features as twin
 
 
 def random_scene(n: int = 200, seed: int = 0) -> Scene:
@@ -99,3 +104,46 @@ def test_no_geometry_at_all() -> None:
         extract_features(scene, "depth")  # type: ignore[arg-type]
     with pytest.raises(GeohueError, match="no points"):
         extract_features(Scene.from_cloud(np.zeros((0, 3)), np.zeros((0, 3))))
+
+
+@given(
+    hnp.arrays(
+        np.float32, st.tuples(st.integers(1, 40), st.just(3)), elements=st.floats(-9, 9, width=32)
+    ),
+    st.sampled_from([0.0, 5.0, 1e4]),
+)
+@settings(deadline=None)
+def test_normalisation_equals_its_twin(values: NDArray[np.float32], offset: float) -> None:
+    points = (values + np.float32(offset)).astype(np.float32)
+    scene = Scene(np.zeros(points.shape, np.uint8), points)
+    expected, constant = twin.normalized(points)
+    features = extract_features(scene, "geometry")
+    np.testing.assert_allclose(features.geometry, expected, rtol=2e-6, atol=1e-6)
+    assert len(features.notes) == constant
+
+
+@given(st.sampled_from([0.0, 1 / 16, 1.0, 7.3]), st.sampled_from([1, 2]), st.integers(0, 9))
+@settings(deadline=None)
+def test_mixed_equals_its_twin(weight: float, views: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    color = rng.normal(size=(11, 3 * views)).astype(np.float32)
+    geometry = rng.normal(size=(11, 3)).astype(np.float32)
+    features = Features(color, geometry, np.arange(11), (11,), "fusion")
+    expected = twin.mixed(color, geometry, weight)
+    np.testing.assert_allclose(features.mixed(weight), expected, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_rows_go_back_to_their_places(holes: bool) -> None:
+    depth = np.ones((4, 5)) + np.arange(5)
+    depth[1, 2:4] = np.nan if holes else 1
+    rgb = np.random.default_rng(0).integers(0, 256, (4, 5, 3)).astype(np.uint8)
+    scene = Scene.from_rgbd(rgb, depth)
+    features = extract_features(scene)
+    assert np.array_equal(features.to_scene(features.index.astype(np.int32)) >= 0, scene.valid)
+    every_other = np.arange(20).reshape(4, 5)[::2, ::2]
+    part = features.at(every_other)
+    rows = np.searchsorted(features.index, every_other.ravel()[part.index])
+    assert np.array_equal(part.geometry, features.geometry[rows])
+    assert np.array_equal(part.color, features.color[rows])
+    assert np.array_equal(part.to_scene(part.index.astype(np.int32)) >= 0, scene.valid[::2, ::2])

@@ -81,12 +81,13 @@ class Features:
         """
         views = np.sqrt(self.color.shape[1] / 3)
         angle = np.arctan(weight / views)
-        return np.hstack(
-            [
-                np.float32(np.cos(angle) / views) * self.color,
-                np.float32(np.sin(angle)) * self.geometry,
-            ]
-        )
+        shares = np.float32(np.cos(angle) / views), np.float32(np.sin(angle))
+        out = np.empty((len(self), self.color.shape[1] + 3), np.float32)
+        columns = [*self.color.T, *self.geometry.T]
+        # Column by column: numpy's loops are slow over rows as short as these.
+        for j, column in enumerate(columns):
+            np.multiply(column, shares[j >= len(columns) - 3], out=out[:, j])
+        return out
 
     def at(self, positions: NDArray[np.int64]) -> Features:
         """Return the features at some positions of the scene (`Scene.thinning`).
@@ -94,17 +95,28 @@ class Features:
         They stay normalised over the whole scene, so that what is learnt from a part of it
         holds for all of it.
         """
-        row_of = np.full(int(np.prod(self.shape)), -1, np.int64)
-        row_of[self.index] = np.arange(len(self))
-        rows = row_of[positions].reshape(-1)
-        index = np.flatnonzero(rows >= 0)
-        rows = rows[index]
+        flat = positions.reshape(-1)
+        if len(self) == np.prod(self.shape):
+            rows, index = flat, np.arange(len(flat))
+        else:
+            row_of = np.full(int(np.prod(self.shape)), -1, np.int64)
+            row_of[self.index] = np.arange(len(self))
+            rows = row_of[flat]
+            index = np.flatnonzero(rows >= 0)
+            rows = rows[index]
         return Features(
-            self.color[rows], self.geometry[rows], index, positions.shape, self.cues, self.notes
+            self.color.take(rows, axis=0),
+            self.geometry.take(rows, axis=0),
+            index,
+            positions.shape,
+            self.cues,
+            self.notes,
         )
 
     def to_scene(self, labels: NDArray[np.int32]) -> NDArray[np.int32]:
         """Put the label of each row in its place in the scene; -1 elsewhere."""
+        if len(labels) == np.prod(self.shape):
+            return labels.reshape(self.shape)
         full = np.full(int(np.prod(self.shape)), -1, np.int32)
         full[self.index] = labels
         return full.reshape(self.shape)
@@ -153,17 +165,17 @@ def extract_features(scene: Scene, cues: Cues = "fusion") -> Features:
         color, constant = _color_part(scene, index)
         notes += ["all colours are equal: colour says nothing here"] * constant
     if cues != "color":
-        geometry, constant = _normalized(scene.points.reshape(-1, 3)[index])
+        geometry, constant = _normalized(_rows(scene.points, index))
         notes += ["all points lie in one place: geometry says nothing here"] * constant
     return Features(color, geometry, index, scene.shape, cues, tuple(notes))
 
 
 def _color_part(scene: Scene, index: NDArray[np.int64]) -> tuple[NDArray[np.float32], bool]:
     """Normalise the colours of each view by its own deviation (eq. 4, 19)."""
-    color, constant = _normalized(lab_of(scene.colors.reshape(-1, 3)[index]))
+    color, constant = _normalized(_rows(lab_of(scene.colors), index))
     if scene.second_colors is None:
         return color, constant
-    second, _ = _normalized(lab_of(scene.second_colors.reshape(-1, 3)[index]))
+    second, _ = _normalized(_rows(lab_of(scene.second_colors), index))
     return np.hstack([color, second]), constant
 
 
@@ -191,9 +203,17 @@ def lab_of(colors: NDArray[np.uint8]) -> NDArray[np.float32]:
 
     if colors.size == 0:
         return np.zeros(colors.shape, np.float32)
-    unit = colors.reshape(1, -1, 3).astype(np.float32) / np.float32(255)
-    lab = np.asarray(cv2.cvtColor(unit, cv2.COLOR_RGB2Lab), np.float32)
+    unit = colors.astype(np.float32) / np.float32(255)
+    # OpenCV shares out the rows of an image over its threads.
+    image = unit if unit.ndim == 3 else unit.reshape(1, -1, 3)
+    lab = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2Lab), np.float32)
     return lab.reshape(colors.shape)
+
+
+def _rows(values: NDArray[np.float32], index: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Return the values of some points, of all without a copy."""
+    flat = values.reshape(-1, 3)
+    return flat if len(index) == len(flat) else flat.take(index, axis=0)
 
 
 def _normalized(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], bool]:
@@ -202,10 +222,22 @@ def _normalized(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], bool]
     Only differences matter later; centring first keeps them exact in float32. A cue without
     spread becomes zeros, and the second value is True.
     """
-    centred = values - values.mean(axis=0, dtype=np.float64)
-    sigma = float(centred.std(axis=0).mean())
+    n = len(values)
+    means, deviations = np.empty(3), np.empty(3)
+    column, square = np.empty(n), np.empty(n)
+    # Column by column: numpy's loops are slow over rows of three.
+    for j in range(3):
+        column[:] = values[:, j]
+        means[j] = column.mean()
+        column -= means[j]
+        deviations[j] = np.sqrt(np.multiply(column, column, out=square).mean())
+    sigma = float(deviations.mean())
     # Below this the spread is rounding of the coordinates, not structure.
-    floor = 1e-6 * float(np.abs(values).max(initial=0))
+    floor = 1e-6 * max(float(values.max(initial=0)), -float(values.min(initial=0)))
     if sigma <= floor:
         return np.zeros(values.shape, np.float32), True
-    return (centred / sigma).astype(np.float32), False
+    scaled = np.empty(values.shape, np.float32)
+    for j in range(3):
+        np.subtract(values[:, j], means[j], out=column)
+        np.divide(column, sigma, out=scaled[:, j], casting="same_kind")
+    return scaled, False
