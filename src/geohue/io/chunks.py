@@ -1,0 +1,95 @@
+"""Clouds larger than memory: any stretch of points read by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.io.files import broken
+
+Chunk = tuple[NDArray[np.float64], NDArray[np.uint8]]
+"""Coordinates (m, 3) as in the file, NaN where missing, and sRGB (m, 3)."""
+
+
+class Chunks(Protocol):
+    """A cloud on disk, of which any stretch of points can be read.
+
+    It holds no more than an open file and pickles as its path and what its header says, so that
+    other processes read from it too.
+    """
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+
+    @property
+    def n_points(self) -> int:
+        """Points in the file."""
+
+    @property
+    def has_colors(self) -> bool:
+        """Whether the file has colours; `read` gives black where it has none."""
+
+    @property
+    def is_double(self) -> bool:
+        """Whether the coordinates need more than float32."""
+
+    def read(self, start: int, stop: int) -> Chunk:
+        """Read the points from `start` to `stop` (exclusive)."""
+
+
+def open_chunks(path: str | Path) -> Chunks:
+    """Open a cloud for reading piece by piece.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.las`` or ``.laz``; binary ``.ply`` without lists among its vertices; ``.npy`` with rows
+        x, y, z, red, green, blue (or x, y, z alone).
+
+    Returns
+    -------
+    Chunks
+
+    Raises
+    ------
+    GeohueError
+        If the file is missing, cut short, damaged, or cannot be read in pieces.
+
+    Examples
+    --------
+    >>> file = getfixture("tmp_path") / "cloud.npy"
+    >>> np.save(file, np.array([[0, 0, 1, 255, 0, 0], [0, 1, 1, 0, 255, 0]], np.float32))
+    >>> xyz, rgb = open_chunks(file).read(1, 2)
+    >>> xyz.tolist(), rgb.tolist()
+    ([[0.0, 1.0, 1.0]], [[0, 255, 0]])
+    """
+    file = Path(path)
+    opener = _openers().get(file.suffix.lower())
+    if opener is None:
+        endings = " ".join(CHUNKED_SUFFIXES)
+        raise broken(path, f"cannot be read in pieces ({endings} can); convert it to .laz")
+    if file.is_dir():
+        raise broken(path, "is a folder; name a file in it")
+    if not file.exists():
+        raise broken(path, "no such file; check the name and the folder")
+    if not file.is_file():
+        raise broken(path, "is not a regular file; save the data to a file first")
+    if file.stat().st_size == 0:
+        raise broken(path, "is empty (0 bytes); copy or export it again")
+    return opener(file)
+
+
+CHUNKED_SUFFIXES = (".las", ".laz", ".ply", ".npy")
+"""Endings of the files that can be read in pieces."""
+
+
+def _openers() -> dict[str, Callable[[Path], Chunks]]:
+    from geohue.io.chunks_las import open_las
+    from geohue.io.chunks_rows import open_npy, open_ply
+
+    return {".las": open_las, ".laz": open_las, ".ply": open_ply, ".npy": open_npy}
