@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import isqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, sparse
+from scipy import ndimage
 
 from geohue.errors import GeohueError
 
@@ -85,13 +84,7 @@ def connected_components(
     checked = check_labels(labels, ndim=2)
     if connectivity not in (4, 8):
         raise GeohueError(f"connectivity: {connectivity!r}; expected 4 or 8")
-    if checked.size == 0:
-        return checked.copy()
-    from skimage.measure import label  # slow to import
-
-    number: Callable[..., NDArray[np.int64]] = label  # it has no types
-    numbered = number(checked, background=-1, connectivity=1 if connectivity == 4 else 2)
-    return numbered.astype(np.int32) - np.int32(1)
+    return _pieces(checked, corners=connectivity == 8)[0]
 
 
 def merge_small_regions(labels: NDArray[np.integer[Any]], min_size: int) -> NDArray[np.int32]:
@@ -149,18 +142,14 @@ def merge_small_regions(labels: NDArray[np.integer[Any]], min_size: int) -> NDAr
     checked = check_labels(labels, ndim=2)
     if isinstance(min_size, bool) or not isinstance(min_size, (int, np.integer)) or min_size < 0:
         raise GeohueError(f"min_size: {min_size!r}; expected a whole number of pixels, 0 or more")
-    pieces = connected_components(checked)
-    sizes = np.bincount(pieces.ravel() + 1)[1:]  # drop the count of -1
+    pieces, sizes, label_of = _pieces(checked)
     kept = sizes >= min_size
     if kept.all() or not kept.any():
         return checked.copy()
-
-    label_of = np.empty(sizes.size, dtype=np.int32)
-    label_of[pieces[pieces >= 0]] = checked[pieces >= 0]
-    _take_from_adjacent(_shared_borders(pieces, kept), label_of, kept)
+    label_of = _take_from_adjacent(pieces, label_of, kept)
     if not kept.all():
         _take_from_nearest(pieces, label_of, kept)
-    return np.where(pieces < 0, np.int32(-1), label_of[pieces])
+    return np.append(label_of, np.int32(-1)).take(pieces)  # the piece -1 is the last one
 
 
 def relabel(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
@@ -201,37 +190,32 @@ def relabel(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], NDArra
     return new_of[compact.reshape(checked.shape)], old[order]
 
 
-def _shared_borders(pieces: NDArray[np.int32], kept: NDArray[np.bool_]) -> sparse.csr_array[Any]:
-    """Count the 4-adjacent pixel pairs between pieces, one of them small: (C, C), symmetric."""
-    pairs = []
-    for one, other in ((pieces[:, :-1], pieces[:, 1:]), (pieces[:-1], pieces[1:])):
-        differ = (one != other) & (one >= 0) & (other >= 0)
-        pairs.append(np.stack((one[differ], other[differ])))
-    a, b = np.concatenate(pairs, axis=1)
-    some_small = ~(kept[a] & kept[b])
-    a, b = a[some_small], b[some_small]
-    rows, cols = np.concatenate((a, b)), np.concatenate((b, a))
-    ones = np.ones(rows.size, dtype=np.int64)
-    # csr adds up the entries of a pair of pieces.
-    return sparse.csr_array((ones, (rows, cols)), shape=(kept.size, kept.size))
+def _pieces(
+    labels: NDArray[np.int32], corners: bool = False
+) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.int32]]:
+    """Return the piece of each pixel, and the size and the label of each piece."""
+    from geohue.pieces import number_pieces  # compiled code takes a moment to load
+
+    pieces = np.empty(labels.shape, np.int32)
+    parent, label_of = np.empty(labels.size, np.int32), np.empty(labels.size, np.int32)
+    sizes = np.empty(labels.size, np.int64)
+    n = number_pieces(np.ascontiguousarray(labels), pieces, parent, sizes, label_of, corners)
+    return pieces, sizes[:n], label_of[:n]
 
 
 def _take_from_adjacent(
-    borders: sparse.csr_array[Any], label_of: NDArray[np.int32], kept: NDArray[np.bool_]
-) -> None:
-    """Label the small pieces round by round from the kept ones outwards, in place."""
-    front: NDArray[np.integer[Any]] = np.flatnonzero(kept)
-    while front.size:
-        reached = np.unique(borders[front].indices)
-        front = reached[~kept[reached]]
-        if front.size == 0:
-            break
-        votes = borders[front].tocoo()
-        row, col = votes.coords
-        counted = kept[col]
-        winners = _modes(row[counted], label_of[col[counted]], votes.data[counted])
-        label_of[front] = winners
-        kept[front] = True
+    pieces: NDArray[np.int32], label_of: NDArray[np.int32], kept: NDArray[np.bool_]
+) -> NDArray[np.int32]:
+    """Return the labels with those of the small pieces next to kept ones, which become kept."""
+    from geohue.pieces import count_borders, list_borders, take_from_adjacent
+
+    starts = np.zeros(kept.size + 1, np.int64)
+    touching = np.empty(count_borders(pieces, kept, starts), np.int32)
+    list_borders(pieces, kept, starts.copy(), touching)
+    names, rank = np.unique(label_of, return_inverse=True)
+    queue, votes = np.empty(kept.size, np.int32), np.zeros(names.size, np.int64)
+    take_from_adjacent(starts, touching, rank, kept, queue, votes)
+    return names[rank]
 
 
 def _take_from_nearest(

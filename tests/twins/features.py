@@ -21,4 +21,4 @@ def mixed(
     """The vectors of eq. 5 or 19 over ``sqrt(v + weight^2)`` for v views, in double precision."""
     views = color.shape[1] / 3
     vectors = np.hstack([color.astype(np.float64), weight * geometry.astype(np.float64)])
-    return (vectors / np.sqrt(views + weight**2)).astype(np.float32)
+    return np.asarray(vectors / np.sqrt(views + weight**2), np.float32)
