@@ -95,7 +95,9 @@ def segment(
     (2, [0, 0, 1, 1])
     """
     settings, clock = preset_named(preset), StageClock(progress)
-    _check_arguments(scene, k, weight, seed, components)
+    check_arguments(k, weight, seed)
+    if components and not scene.is_grid:
+        raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
     check_method(method, cues, scene.is_grid)
     notes = list(scene.warnings)
     with workers(threads) as team:
@@ -104,15 +106,12 @@ def segment(
             notes += features.notes
             draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
             most = settings.k_max if k == "auto" else k
-            _check_count(len(features), k)
+            check_count(len(features), k)
             cutter = Cutter(features, draft, settings, team, seed, most)
             splitter = make_clusterer(method, cutter, scene, features, draft, team, seed)
-        with clock.stage("k"):  # Sec. III: how many segments
-            fixed = _fixed_weight(weight, cues, splitter)
-            n = cutter.choose_k(_or_balanced(fixed)) if k == "auto" else k
-        with clock.stage("weight"):  # Sec. IV: eq. 6-17
-            rule = settings.weight_rule if weight == "auto" else weight
-            lam, curve = _search(fixed, rule, splitter, scene, draft, n, settings, team)
+        n, lam, curve = choose_k_and_weight(
+            splitter, cutter, scene, draft, k, weight, cues, settings, team, clock
+        )
         with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
             labels = splitter.labels(lam, n)
         with clock.stage("refine"):  # Sec. III: small regions, on grids
@@ -143,13 +142,8 @@ def segment(
     )
 
 
-def _check_arguments(
-    scene: Scene,
-    k: int | Literal["auto"],
-    weight: Weight,
-    seed: int,
-    components: bool,
-) -> None:
+def check_arguments(k: int | Literal["auto"], weight: Weight, seed: int) -> None:
+    """Raise `GeohueError` unless these are as `segment` takes them."""
     if k != "auto" and not (_is_whole(k) and 1 <= k <= K_LIMIT):
         raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
     named = ("auto", *WEIGHT_RULES)
@@ -157,15 +151,36 @@ def _check_arguments(
         raise GeohueError(f"weight is {weight!r}: expected {', '.join(named)}, or at least 0")
     if not (_is_whole(seed) and seed >= 0):
         raise GeohueError(f"seed is {seed!r}: expected a whole number of at least 0")
-    if components and not scene.is_grid:
-        raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
+
+
+def choose_k_and_weight(
+    splitter: Clusterer,
+    cutter: Cutter,
+    scene: Scene,
+    draft: NDArray[np.int64],
+    k: int | Literal["auto"],
+    weight: Weight,
+    cues: Cues,
+    settings: Preset,
+    team: Workers,
+    clock: StageClock,
+) -> tuple[int, float, Curve]:
+    """Return the number of segments, the weight and the curve of Q, chosen where not given."""
+    fixed = _fixed_weight(weight, cues, splitter)
+    with clock.stage("k"):  # Sec. III: how many segments
+        n = cutter.choose_k(_or_balanced(fixed)) if k == "auto" else k
+    with clock.stage("weight"):  # Sec. IV: eq. 6-17
+        rule = settings.weight_rule if weight == "auto" else weight
+        lam, curve = _search(fixed, rule, splitter, scene, draft, n, settings, team)
+    return n, lam, curve
 
 
 def _is_whole(value: object) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def _check_count(n_points: int, k: int | Literal["auto"]) -> None:
+def check_count(n_points: int, k: int | Literal["auto"]) -> None:
+    """Raise `GeohueError` if there are fewer points than segments."""
     if k != "auto" and n_points < k:
         raise GeohueError(f"{n_points} usable point(s) cannot form {k} segments: lower k")
 
