@@ -8,6 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from geohue.cli.batch import batch
 from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
 from geohue.cli.compare import compare
@@ -24,7 +25,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, compare, register, calibrate, evaluate, benchmark, info):
+for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info):
     app.command()(command)
 
 

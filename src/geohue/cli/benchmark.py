@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from geohue.cli.console import whole_or_auto
+from geohue.cli.jobs import Scheduler, job_bar
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -42,6 +41,7 @@ def benchmark(
         int | None, typer.Option(help="Only so many frames, spread evenly over all.")
     ] = None,
     processes: Annotated[int, typer.Option(help="Processes, each with one thread.")] = 1,
+    scheduler: Scheduler = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False,
     plots: Annotated[bool, typer.Option(help="Draw plots and pictures.")] = True,
 ) -> None:
@@ -61,7 +61,7 @@ def benchmark(
     from geohue.io.atomic import atomic_write
 
     trials = _plan(methods, cues, presets)
-    with _counter() as count:
+    with job_bar() as count:
         rows = run(
             folder,
             out,
@@ -70,6 +70,7 @@ def benchmark(
             crop=window,
             limit=limit,
             processes=processes,
+            scheduler=scheduler,
             resume=resume,
             progress=count,
         )
@@ -118,22 +119,3 @@ def _crop(protocol: str | None, crop: str | None) -> tuple[int, int, int, int] |
             f"--crop {crop}: expected four whole numbers TOP,BOTTOM,LEFT,RIGHT"
         ) from None
     return top, bottom, left, right
-
-
-@contextmanager
-def _counter() -> Iterator[Callable[[int, int, str], None]]:
-    """Show a progress bar on standard error, and every failure as a line above it."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), "{task.description}")
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("starting", total=None)
-
-        def advance(done: int, total: int, text: str) -> None:
-            name, _, error = text.partition(": ")
-            bar.update(task, completed=done, total=total, description=name)
-            if error:
-                bar.console.print(f"geohue: warning: {text}", markup=False, highlight=False)
-
-        yield advance

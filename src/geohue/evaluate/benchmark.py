@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -13,20 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue._version import __version__
-from geohue.errors import GeohueError
 from geohue.evaluate.crop import Crop
 from geohue.evaluate.frames import Frame, find_frames, load_frame
 from geohue.evaluate.machine import describe_machine
 from geohue.evaluate.trials import Conditions, Trial, answer, scores
-from geohue.io.atomic import atomic_write
-from geohue.io.files import read_bytes
 from geohue.io.images import write_png
 from geohue.jobs.ledger import Ledger, Row
 from geohue.jobs.pool import run_jobs
+from geohue.jobs.run import open_run
 from geohue.scene import Scene
 
 TABLE = "frames.csv"
-SETTINGS = "run.json"
 LABELS = "labels"
 
 KEYS = ("frame", "method", "cues", "preset")
@@ -98,6 +94,7 @@ def benchmark(
     crop: Crop | None = None,
     limit: int | None = None,
     processes: int = 1,
+    scheduler: str | None = None,
     resume: bool = False,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> list[Row]:
@@ -119,6 +116,8 @@ def benchmark(
         Use only so many frames, spread evenly over all.
     processes : int
         How many work at a time, each with one thread.
+    scheduler : str, optional
+        A dask scheduler whose workers do it instead (`geohue.jobs.pool.run_jobs`).
     resume : bool
         Go on with what is in `out`: rows that are there are kept, failures tried once more.
     progress : callable, optional
@@ -135,10 +134,12 @@ def benchmark(
         If there are no frames, `out` has a run and `resume` is not set, or that run had other
         settings.
     """
-    target = Path(out)
-    frames = find_frames(folder, limit)
+    # Workers of a cluster start in other folders: they need names that hold everywhere.
+    place = Path if scheduler is None else Path.absolute
+    target = place(Path(out))
+    frames = find_frames(place(Path(folder)), limit)
     settings = _settings(conditions or Conditions(), crop)
-    _open_run(target, settings, resume)
+    open_run(target, TABLE, settings, {"machine": describe_machine()}, resume)
     cells = [
         Cell(frame, trial, conditions or Conditions(), crop, target)
         for frame in frames
@@ -148,16 +149,16 @@ def benchmark(
     done = {key for key, row in ledger.rows().items() if not row["error"]}
     todo = [cell for cell in cells if cell.key not in done]
     for count, outcome in enumerate(
-        run_jobs(run_cell, todo, processes), start=len(cells) - len(todo) + 1
+        run_jobs(run_cell, todo, processes, scheduler), start=len(cells) - len(todo) + 1
     ):
         named = dict(zip(KEYS, outcome.job.key, strict=True))
         ledger.append(named | (outcome.result or {}) | {"error": outcome.error or ""})
         if progress is not None:
             text = " ".join(part for part in outcome.job.key if part != "-")
             progress(count, len(cells), f"{text}: {outcome.error}" if outcome.error else text)
-    place = {cell.key: i for i, cell in enumerate(cells)}
+    order = {cell.key: i for i, cell in enumerate(cells)}
     # Rows of an earlier, larger run stay, at the end.
-    ledger.sort(lambda key: (place.get(key, len(place)), key))
+    ledger.sort(lambda key: (order.get(key, len(order)), key))
     rows = ledger.rows()
     return [rows[cell.key] for cell in cells]
 
@@ -168,22 +169,3 @@ def _settings(conditions: Conditions, crop: Crop | None) -> dict[str, Any]:
         **asdict(conditions),
         "crop": None if crop is None else list(crop),
     }
-
-
-def _open_run(out: Path, settings: dict[str, Any], resume: bool) -> None:
-    """Begin a run in a folder, or make sure that the one there is the same."""
-    file = out / SETTINGS
-    if not file.exists() and not (out / TABLE).exists():
-        with atomic_write(file) as temporary:
-            content = settings | {"machine": describe_machine()}
-            temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-        return
-    if not resume:
-        raise GeohueError(f"{out}: has a run already; use --resume, or give another folder")
-    before = json.loads(read_bytes(file))
-    for name, value in settings.items():
-        if before.get(name) != value:
-            raise GeohueError(
-                f"{out}: the run there has {name} = {before.get(name)}, this one {value}; "
-                "give another folder"
-            )

@@ -8,27 +8,23 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context, parent_process
 from threading import Thread
-from typing import Generic, NamedTuple, TypeVar
 
-Job = TypeVar("Job")
-Result = TypeVar("Result")
+from geohue.jobs.outcome import DIED, Job, Outcome, Result, attempt, error_text
 
-
-class Outcome(NamedTuple, Generic[Job, Result]):
-    """What became of a job: its result, or the text of what went wrong."""
-
-    job: Job
-    result: Result | None
-    error: str | None
+__all__ = ["Outcome", "one_thread", "run_jobs"]
 
 
 def run_jobs(
-    function: Callable[[Job], Result], jobs: Sequence[Job], processes: int = 1
+    function: Callable[[Job], Result],
+    jobs: Sequence[Job],
+    processes: int = 1,
+    scheduler: str | None = None,
 ) -> Iterator[Outcome[Job, Result]]:
     """Run `function` on every job.
 
     A job that raises, or whose process dies, gives an outcome with an error; all others run. The
-    numerical libraries of each process keep to one thread.
+    numerical libraries of each process keep to one thread. Where the jobs run does not change
+    their results.
 
     Parameters
     ----------
@@ -38,20 +34,33 @@ def run_jobs(
         What it is called with.
     processes : int
         How many work at a time; with 1 the jobs run in the calling process, in order.
+    scheduler : str, optional
+        Address of a dask scheduler, such as ``"tcp://10.0.0.1:8786"``: its workers run the jobs,
+        and `processes` counts for nothing. They see the same files under the same names.
 
     Yields
     ------
     Outcome
         As jobs end.
 
+    Raises
+    ------
+    GeohueError
+        If the scheduler cannot be reached, has no workers or ones with another geohue.
+
     Examples
     --------
     >>> [outcome.result for outcome in run_jobs(abs, [-1, 2])]
     [1, 2]
     """
+    if scheduler is not None:
+        from geohue.jobs.cluster import run_on_cluster
+
+        yield from run_on_cluster(function, jobs, scheduler)
+        return
     if processes == 1:
         for job in jobs:
-            yield _attempt(function, job)
+            yield attempt(function, job)
         return
     lost: list[Job] = []
     rest = list(jobs)
@@ -62,17 +71,7 @@ def run_jobs(
         alone: list[Job] = []
         yield from _run_pool(function, [job], 1, alone)
         for victim in alone:
-            yield Outcome(victim, None, "the process died (out of memory?)")
-
-
-def _attempt(function: Callable[[Job], Result], job: Job) -> Outcome[Job, Result]:
-    from threadpoolctl import threadpool_limits
-
-    try:
-        with threadpool_limits(1):
-            return Outcome(job, function(job), None)
-    except Exception as error:  # any failure is a result here
-        return Outcome(job, None, _text(error))
+            yield Outcome(victim, None, DIED)
 
 
 def _run_pool(
@@ -100,7 +99,7 @@ def _run_pool(
                 if error is None:
                     yield Outcome(job, future.result(), None)
                 else:
-                    yield Outcome(job, None, _text(error))
+                    yield Outcome(job, None, error_text(error))
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
     return []
@@ -118,10 +117,6 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-def _text(error: BaseException) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def one_thread() -> None:

@@ -1,0 +1,190 @@
+"""What there is to segment in a folder: frames of a data set, clouds, or pictures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from geohue.camera import Intrinsics
+from geohue.datasets.frames import Dataset, Frame, picture_in, sorted_files
+from geohue.datasets.layouts import guess_layout, open_dataset
+from geohue.errors import GeohueError
+from geohue.io.cloud import CLOUD_SUFFIXES
+from geohue.io.depth_units import depth_unit
+from geohue.io.files import broken
+from geohue.io.scenes import read_scene
+from geohue.scene import Scene
+
+_PICTURES = ("*.png", "*.jpg", "*.jpeg", "*.JPG", "*.PNG", "*.ppm", "*.bmp", "*.tif", "*.tiff")
+_COLORS = ("rgb", "color", "colour", "image")
+_OTHERS = (".txt", ".csv", ".out", ".bin")  # clouds at times, but more often something else
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """How a data set is opened."""
+
+    folder: Path
+    layout: str | None = None
+    intrinsics: Intrinsics | None = None
+    depth_scale: float | str | None = None
+
+    def __call__(self) -> Dataset:
+        """Open it."""
+        return open_dataset(
+            self.folder, self.layout, intrinsics=self.intrinsics, depth_scale=self.depth_scale
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One scene of a batch, small enough to be sent to another machine.
+
+    Attributes
+    ----------
+    name : str
+        Unique in the batch; where its results go.
+    source : Path, Frame or (Opening, int)
+        A cloud or picture; a frame whose parts are files; or a data set and the frame's place.
+    """
+
+    name: str
+    source: Path | Frame | tuple[Opening, int]
+
+    def read(self) -> Scene:
+        """Read the scene.
+
+        Raises
+        ------
+        GeohueError
+            If a file cannot be read.
+        """
+        if isinstance(self.source, Path):
+            return read_scene(self.source)
+        if isinstance(self.source, Frame):
+            return self.source.scene()
+        opening, i = self.source
+        return _opened(opening)[i].scene()
+
+
+@lru_cache(maxsize=2)
+def _opened(opening: Opening) -> Dataset:
+    return opening()
+
+
+def find_items(
+    folder: str | Path,
+    layout: str | None = None,
+    *,
+    intrinsics: Intrinsics | None = None,
+    depth_scale: float | str | None = None,
+    pictures: bool = False,
+    limit: int | None = None,
+) -> tuple[list[Item], tuple[str, ...]]:
+    """List the scenes of a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        A data set or recording in a known layout (`open_dataset`) or, if it has none, a folder of
+        clouds, a scene a file.
+    layout : str, optional
+        The layout, if it is not to be guessed.
+    intrinsics : Intrinsics, optional
+        The camera, instead of what the data set says.
+    depth_scale : float or str, optional
+        Metres per unit of the depth maps, likewise.
+    pictures : bool
+        Whether a folder that has neither is one of pictures, without geometry.
+    limit : int, optional
+        At most so many scenes, spread evenly over all.
+
+    Returns
+    -------
+    items : list of Item
+        In the order of the data set or, for files, of their names.
+    notes : tuple of str
+        Guesses that the user should know of.
+
+    Raises
+    ------
+    GeohueError
+        If there is nothing to segment, two scenes have one name, or a limit is below 1.
+    """
+    root = Path(folder).absolute()
+    if limit is not None and limit < 1:
+        raise GeohueError(f"limit is {limit}: expected at least 1")
+    if depth_scale is not None:
+        depth_unit(depth_scale)  # seen here, a mistake is not one a frame
+    if not root.exists():
+        raise broken(folder, "no such folder; check the name")
+    if layout is not None or guess_layout(root):
+        opening = Opening(root, layout, intrinsics, depth_scale)
+        data = opening()
+        frames = [*data, *_without_depth(data)]
+        items, notes = _frame_items(frames, opening), data.notes
+    else:
+        items, notes = _file_items(root, pictures), ()
+    _check_names(root, items)
+    if limit is None or limit >= len(items):
+        return items, notes
+    return [items[i * len(items) // limit] for i in range(limit)], notes
+
+
+def _frame_items(frames: Sequence[Frame], opening: Opening) -> list[Item]:
+    """Name each frame; names that come twice become the paths of their pictures."""
+    count = Counter(frame.name for frame in frames)
+    items = []
+    for i, frame in enumerate(frames):
+        name = frame.name
+        if count[name] > 1 and isinstance(frame.color, Path):
+            name = frame.color.relative_to(opening.folder).with_suffix("").as_posix()
+        parts = (frame.color, frame.depth, frame.second)
+        whole = all(part is None or isinstance(part, Path) for part in parts)
+        items.append(Item(name, frame if whole else (opening, i)))
+    return items
+
+
+def _without_depth(data: Dataset) -> list[Frame]:
+    """Return the pictures beside those of a plain folder that have no depth map: not to be lost."""
+    if data.layout != "pairs":
+        return []
+    taken = {frame.color for frame in data}
+    folders = dict.fromkeys(color.parent for color in taken if isinstance(color, Path))
+    camera = data[0].intrinsics
+    lone = []
+    for folder in folders:
+        if folder.name.lower() in _COLORS:
+            found = sorted_files(folder, *_PICTURES)
+            lone += [Frame(f.stem, f, None, camera) for f in found if f not in taken]
+    for place in sorted({folder.parent for folder in folders if folder != data.path}):
+        for part in sorted(p for p in place.iterdir() if p.is_dir() and p not in folders):
+            color = next((f for stem in _COLORS if (f := picture_in(part, stem))), None)
+            if color is not None:
+                lone.append(Frame(part.name, color, None, camera))
+    return lone
+
+
+def _file_items(root: Path, pictures: bool) -> list[Item]:
+    """List the clouds of a folder or else, if wanted, its pictures."""
+    files = sorted_files(root, *(f"*{end}" for end in CLOUD_SUFFIXES if end not in _OTHERS))
+    if pictures:
+        files = files or sorted_files(root, *_PICTURES)
+    if not files:
+        raise broken(
+            root,
+            "has nothing to segment: neither the layout of a data set nor clouds (for pictures "
+            "alone, give --cues color)",
+        )
+    count = Counter(file.stem for file in files)
+    return [Item(f.stem if count[f.stem] == 1 else f.name, f) for f in files]
+
+
+def _check_names(root: Path, items: Sequence[Item]) -> None:
+    count = Counter(item.name for item in items)
+    twice = [name for name in count if count[name] > 1]
+    if twice:
+        raise broken(root, f"has several frames with the name {twice[0]}; rename or split them")

@@ -1,0 +1,85 @@
+"""What is the same for all frames of a batch."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from geohue.clusterers import METHODS
+from geohue.driver import K_LIMIT, Weight, segment
+from geohue.errors import GeohueError
+from geohue.features import CUES, Cues
+from geohue.io.results import FORMATS
+from geohue.presets import WEIGHT_RULES, preset_named
+from geohue.scene import Scene
+from geohue.segmentation import Segmentation
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Arguments of `geohue.segment`, and the formats of `geohue.io.results.write_results`.
+
+    Raises
+    ------
+    GeohueError
+        For a value that no frame could be segmented with.
+
+    Examples
+    --------
+    >>> Settings(k=0)
+    Traceback (most recent call last):
+    geohue.errors.GeohueError: k is 0: expected "auto" or a whole number from 1 to 255
+    """
+
+    k: int | Literal["auto"] = "auto"
+    weight: Weight = "auto"
+    preset: str = "paper"
+    cues: Cues = "fusion"
+    method: str = "nncsc"
+    seed: int = 0
+    components: bool = False
+    fill: bool = True
+    formats: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        # Seen here, a mistake is one line; seen by `segment`, it would be one a frame.
+        preset_named(self.preset)
+        _choose("cues", self.cues, CUES)
+        _choose("method", self.method, METHODS)
+        for name in self.formats:
+            _choose("format", name, FORMATS)
+        if self.k != "auto" and not 1 <= self.k <= K_LIMIT:
+            raise GeohueError(
+                f'k is {self.k}: expected "auto" or a whole number from 1 to {K_LIMIT}'
+            )
+        named = ("auto", *WEIGHT_RULES)
+        if self.weight not in named and not (not isinstance(self.weight, str) and self.weight >= 0):
+            raise GeohueError(
+                f"weight is {self.weight}: expected {', '.join(named)}, or at least 0"
+            )
+        if self.seed < 0:
+            raise GeohueError(f"seed is {self.seed}: expected a whole number of at least 0")
+
+    def segment(self, scene: Scene) -> Segmentation:
+        """Segment a scene with one thread."""
+        return segment(
+            scene,
+            self.k,
+            self.weight,
+            self.preset,
+            self.cues,
+            self.method,
+            self.seed,
+            components=self.components,
+            fill=self.fill,
+            threads=1,
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the settings ready for JSON."""
+        return asdict(self)
+
+
+def _choose(what: str, given: str, known: tuple[str, ...]) -> None:
+    if given not in known:
+        raise GeohueError(f"{what} {given!r}: choose among {', '.join(known)}")

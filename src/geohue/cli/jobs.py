@@ -1,0 +1,38 @@
+"""What commands with many jobs share: where they run, and the bar that counts them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated
+
+import typer
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="tcp://HOST:PORT",
+        help="A dask scheduler: its workers do it, instead of processes here.",
+    ),
+]
+
+
+@contextmanager
+def job_bar() -> Iterator[Callable[[int, int, str], None]]:
+    """Show a progress bar on standard error, and every failure as a line above it."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), "{task.description}")
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("starting", total=None)
+
+        def advance(done: int, total: int, text: str) -> None:
+            name, _, error = text.partition(": ")
+            bar.update(task, completed=done, total=total, description=name)
+            if error:
+                bar.console.print(
+                    f"geohue: warning: {text}", markup=False, highlight=False, soft_wrap=True
+                )
+
+        yield advance

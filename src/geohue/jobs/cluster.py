@@ -1,0 +1,246 @@
+"""Many independent jobs over the workers of a dask.distributed cluster."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+from itertools import islice
+from pkgutil import resolve_name
+from queue import Empty, SimpleQueue
+from threading import Lock
+from time import monotonic
+from typing import Any
+
+from geohue._version import __version__
+from geohue.errors import GeohueError, GeohueWarning
+from geohue.io.extras import optional
+from geohue.io.files import reason
+from geohue.jobs.outcome import DIED, Job, Outcome, Result, attempt, error_text
+
+CONNECT_S = 5.0
+"""Seconds in which a scheduler must answer."""
+
+PATIENCE_S = 60.0
+"""Seconds without any worker after which a run ends."""
+
+_LOOK_S = 2.0  # between looks at who works
+_AHEAD = (
+    3  # jobs sent for each thread of the workers: they never wait, and the scheduler stays small
+)
+_TURN = Lock()  # one job at a time in a process: its threads share one filter of warnings
+
+
+def run_on_cluster(
+    function: Callable[[Job], Result], jobs: Sequence[Job], scheduler: str
+) -> Iterator[Outcome[Job, Result]]:
+    """Run `function` on every job, on the workers of a cluster.
+
+    A worker that dies loses nothing: the scheduler gives its jobs to others. A job that takes down
+    every worker it comes to, as often as the scheduler's ``allowed-failures`` says, is tried alone
+    once all others are done, and then gives an outcome with an error.
+
+    Parameters
+    ----------
+    function : callable
+        Importable by name on the workers.
+    jobs : sequence
+        What it is called with.
+    scheduler : str
+        The scheduler's address.
+
+    Yields
+    ------
+    Outcome
+        As jobs end.
+
+    Raises
+    ------
+    GeohueError
+        If the scheduler cannot be reached or goes away, no worker is there for a minute, or a
+        worker has another version of geohue.
+
+    Examples
+    --------
+    >>> from distributed import LocalCluster
+    >>> small = dict(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None)
+    >>> with LocalCluster(**small) as cluster:
+    ...     found = list(run_on_cluster(abs, [-1, 2], cluster.scheduler_address))
+    >>> sorted(outcome.result for outcome in found)
+    [1, 2]
+    """
+    if not jobs:
+        return
+    with _connected(scheduler) as client:
+        crew = _Crew(client, scheduler)
+        crew.check_versions()
+        lost: list[Job] = []
+        yield from _stream(crew, function, jobs, lost)
+        # Some of these died with a neighbour only: each gets a cluster of its own.
+        for job in lost:
+            alone: list[Job] = []
+            yield from _stream(crew, function, [job], alone)
+            for victim in alone:
+                yield Outcome(victim, None, DIED)
+
+
+@contextmanager
+def _connected(scheduler: str) -> Iterator[Any]:
+    distributed = optional("distributed", "distributed", f"scheduler {scheduler}")
+    try:
+        client = distributed.Client(
+            scheduler, timeout=CONNECT_S, set_as_default=False, name="geohue"
+        )
+    except (OSError, ValueError, TypeError) as error:
+        raise GeohueError(
+            f"{scheduler}: no dask scheduler to be reached ({reason(error)}); start one with "
+            "'dask scheduler' and give its tcp://HOST:PORT"
+        ) from error
+    with client:
+        yield client
+
+
+class _Crew:
+    """The workers of a cluster, as they come and go."""
+
+    def __init__(self, client: Any, scheduler: str) -> None:
+        self.client = client
+        self._scheduler = scheduler
+        self._seen = self._looked = monotonic()
+        self._threads = 0
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE_S)
+        except TimeoutError:
+            raise self._deserted() from None
+        self.look()
+        if any(count > 1 for count in client.nthreads().values()):
+            warnings.warn(
+                f"{scheduler}: workers with several threads; one works at a time in a process: "
+                "start them with 'dask worker --nworkers N --nthreads 1'",
+                GeohueWarning,
+                stacklevel=2,
+            )
+
+    @property
+    def window(self) -> int:
+        """How many jobs to have under way."""
+        if monotonic() - self._looked > _LOOK_S:
+            self.look()
+        return max(1, _AHEAD * self._threads)
+
+    def look(self) -> None:
+        """Count the workers' threads; raises if there are none for too long, or no scheduler."""
+        try:
+            self._threads = sum(self.client.nthreads().values())
+        except (OSError, RuntimeError) as error:
+            raise self.gone() from error
+        self._looked = monotonic()
+        if self._threads:
+            self._seen = self._looked
+        elif self._looked - self._seen > PATIENCE_S:
+            raise self._deserted()
+
+    def check_versions(self) -> None:
+        """Raise an error if a worker has another geohue than this one."""
+        found = self.client.run(resolve_name, "geohue._version:__version__", on_error="return")
+        for worker, version in found.items():
+            if isinstance(version, ImportError):
+                raise GeohueError(f"{worker}: the worker has no geohue; install {__version__}")
+            if isinstance(version, str):  # else it has just gone
+                self.check_version(version, worker)
+
+    def check_version(self, version: str, worker: str) -> None:
+        """Raise an error if a version is not this one."""
+        if version != __version__:
+            raise GeohueError(
+                f"{worker}: the worker has geohue {version} and this is {__version__}; install the "
+                "same version everywhere"
+            )
+
+    def gone(self) -> GeohueError:
+        return GeohueError(
+            f"{self._scheduler}: the scheduler has gone or has dropped the jobs; what is done is "
+            "kept: start it again and resume"
+        )
+
+    def _deserted(self) -> GeohueError:
+        return GeohueError(
+            f"{self._scheduler}: no worker for {PATIENCE_S:g} s; start some with "
+            f"'dask worker {self._scheduler} --nthreads 1' and resume"
+        )
+
+
+def _stream(
+    crew: _Crew, function: Callable[[Job], Result], jobs: Sequence[Job], lost: list[Job]
+) -> Iterator[Outcome[Job, Result]]:
+    """Run jobs, a few for each worker under way; those that killed their workers go to `lost`."""
+    waiting = iter(jobs)
+    running: dict[str, tuple[Any, Job]] = {}
+    ended: SimpleQueue[Any] = SimpleQueue()
+    while True:
+        for job in islice(waiting, max(0, crew.window - len(running))):
+            future = _submit(crew, function, job)
+            running[future.key] = future, job
+            future.add_done_callback(ended.put)
+        if not running:
+            return
+        try:
+            future = ended.get(timeout=_LOOK_S)
+        except Empty:
+            continue
+        _, job = running.pop(future.key)
+        outcome = _outcome(crew, future, job)
+        if outcome is None:
+            lost.append(job)
+        else:
+            yield outcome
+
+
+def _submit(crew: _Crew, function: Callable[[Job], Result], job: Job) -> Any:
+    # As bytes: dask looks into what it is given for tasks and collections of its own.
+    try:
+        return crew.client.submit(_call, __version__, pickle.dumps((function, job)), pure=False)
+    except (OSError, RuntimeError) as error:
+        raise crew.gone() from error
+
+
+def _outcome(crew: _Crew, future: Any, job: Job) -> Outcome[Job, Any] | None:
+    """Return what became of a job that has ended; None if it killed its workers."""
+    from concurrent.futures import CancelledError
+
+    from distributed.scheduler import KilledWorker
+
+    try:
+        version, result, error = future.result()
+    except KilledWorker:
+        return None
+    except (CancelledError, OSError) as problem:
+        raise crew.gone() from problem
+    except Exception as problem:  # such as a result that cannot be sent
+        return Outcome(job, None, error_text(problem))
+    crew.check_version(version, "a worker that joined later")
+    return Outcome(job, result, error)
+
+
+def _call(version: str, payload: bytes) -> tuple[str, Any, str | None]:
+    """Run a job on a worker; returns the worker's version, the result and the error."""
+    if version != __version__:
+        return __version__, None, None
+    with _TURN:
+        _prepare()
+        try:
+            function, job = pickle.loads(payload)
+        except Exception as error:
+            return __version__, None, error_text(error)
+        _, result, error_line = attempt(function, job)
+        return __version__, result, error_line
+
+
+@lru_cache(maxsize=1)
+def _prepare() -> None:
+    """Prepare this process for its first job."""
+    from geohue.jobs.pool import one_thread
+
+    one_thread()
