@@ -50,3 +50,23 @@ def literal_quality(
     q_color = (color_inter - color_intra) / 2  # eq. 11
     q_depth = (depth_inter - depth_intra) / 2  # eq. 16
     return float(q_color + 3 * q_depth)  # eq. 17
+
+
+def window_deviation(rgb: NDArray[np.uint8], norm: str) -> NDArray[np.float64]:
+    """The deviation of the colours in each 3 x 3 window that lies in the image."""
+    local = np.zeros(rgb.shape[:2])
+    for y in range(1, rgb.shape[0] - 1):
+        for x in range(1, rgb.shape[1] - 1):
+            channels = (rgb[y - 1 : y + 2, x - 1 : x + 2].reshape(9, 3) / 255).std(axis=0)
+            local[y, x] = channels.sum() if norm == "sum" else np.linalg.norm(channels)
+    return local
+
+
+def window_interior(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Whether each 3 x 3 window lies in the image and in one segment."""
+    inside = np.zeros(labels.shape, bool)
+    for y in range(1, labels.shape[0] - 1):
+        for x in range(1, labels.shape[1] - 1):
+            window = labels[y - 1 : y + 2, x - 1 : x + 2]
+            inside[y, x] = labels[y, x] >= 0 and bool((window == labels[y, x]).all())
+    return inside

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from geohue import GeohueError, Scene
-from geohue.weight.quality import QualityMetric
-from twins.quality import literal_quality
+from geohue.weight.quality import QualityMetric, _window_deviation, _window_interior
+from twins.quality import literal_quality, window_deviation, window_interior
 
 
 def frame(rgb: NDArray[np.uint8], depth: NDArray[np.floating]) -> Scene:
@@ -110,6 +110,56 @@ def test_equals_the_literal_twin(
         assert fast.total == pytest.approx(slow, abs=2e-5)
 
 
+@given(small_scenes(), st.booleans())
+@settings(deadline=None, max_examples=40)
+def test_a_cloud_equals_the_literal_twin(
+    scene: tuple[NDArray[np.uint8], NDArray[np.float64], NDArray[np.int32]], holes: bool
+) -> None:
+    """A cloud whose points differ in z only: the geometry of eq. 17 counts once."""
+    rgb, depth, labels = scene
+    depth = depth if holes else np.nan_to_num(depth, nan=1.0)
+    points = np.stack([0 * depth, 0 * depth, depth], axis=-1).reshape(-1, 3)
+    cloud = Scene.from_cloud(points, rgb.reshape(-1, 3))
+    fast = QualityMetric(cloud)(labels.reshape(-1))
+    slow = literal_quality(rgb, depth, labels, False, "sum")
+    assert (fast is None) == (slow is None)
+    if fast is not None and slow is not None:
+        assert fast.color + 3 * fast.geometry == pytest.approx(slow, abs=2e-5)
+
+
+@given(small_scenes(), st.sampled_from(["sum", "euclidean"]))
+@settings(deadline=None, max_examples=60)
+def test_windows_equal_their_twins(
+    scene: tuple[NDArray[np.uint8], NDArray[np.float64], NDArray[np.int32]], norm: str
+) -> None:
+    rgb, _, labels = scene
+    inside = np.s_[1:-1, 1:-1]
+    local = _window_deviation(rgb, norm)  # type: ignore[arg-type]
+    np.testing.assert_allclose(local[inside], window_deviation(rgb, norm)[inside], atol=1e-6)
+    assert np.array_equal(_window_interior(labels), window_interior(labels))
+
+
+@pytest.mark.parametrize("shape", [(1, 4), (4, 2), (2, 2)])
+def test_a_frame_without_room_for_a_window(shape: tuple[int, int]) -> None:
+    labels = np.arange(shape[0] * shape[1], dtype=np.int32).reshape(shape) % 2
+    rgb = np.full((*shape, 3), 9, np.uint8)
+    quality = QualityMetric(frame(rgb, labels + 1.0))(labels)
+    assert quality is not None
+    assert (quality.color, quality.geometry) == (0, 0.5)
+
+
+def test_one_colour_and_one_depth_deviate_by_nothing() -> None:
+    """Sums of squares must not leave a trace: 0.7 has no exact binary form."""
+    rgb, depth = np.full((60, 80, 3), 179, np.uint8), np.full((60, 80), 0.7)
+    labels = (np.arange(80) >= 40)[None].repeat(60, 0).astype(np.int32)
+    rgb[:, 40:], depth[:, 40:] = 13, 2.2
+    depth[0, 0], labels[0, 0] = 0.1, 2  # the nearest point is a segment of its own
+    quality = QualityMetric(frame(rgb, depth))(labels)
+    assert quality is not None
+    assert quality.color_intra == 0
+    assert quality.geometry_intra < 1e-12
+
+
 @given(small_scenes(), st.permutations(range(4)))
 @settings(deadline=None, max_examples=40)
 def test_names_of_segments_do_not_matter(
@@ -148,6 +198,12 @@ def test_radius_texture_by_hand() -> None:
     local = np.array([np.sqrt(1 / 2 - 1 / 4), np.sqrt(1 / 3 - 1 / 9), np.sqrt(1 / 3 - 1 / 9), 0])
     sigma = np.sqrt(1 / 4 - 1 / 16)
     assert quality.color_intra == pytest.approx(max(sigma - local.mean(), 0) * 4 / 6, abs=1e-6)
+
+
+def test_labels_of_another_shape_are_refused() -> None:
+    scene = Scene.from_cloud(np.eye(3), np.zeros((3, 3), np.uint8))
+    with pytest.raises(GeohueError, match=r"shape \(2,\); expected \(3,\)"):
+        QualityMetric(scene)(np.zeros(2, np.int32))
 
 
 def test_bad_options() -> None:

@@ -95,21 +95,23 @@ class QualityMetric:
             raise GeohueError(f"norm {norm!r}: choose one of {', '.join(NORMS)}")
         if texture == "window" and not scene.is_grid:
             raise GeohueError('texture="window" needs a grid; use "radius" or "off" for a cloud')
-        self._shape = scene.shape
         self._norm = norm
         self._valid = scene.valid
-        self._color = scene.colors[self._valid].astype(np.float32) / np.float32(255)
+        self._all_valid = bool(self._valid.all())
+        self._colors = np.ascontiguousarray(scene.colors.reshape(-1, 3))
         self._geometry = _unit_geometry(scene, self._valid)
         self.geometry_factor = 1 if scene.depth is None else 3  # n_f of eq. 17
         if texture == "auto":
             texture = "window" if scene.is_grid else "off"
-        self._texture = texture
         self._local: NDArray[np.float32] | None = None
+        self._neighbours: _RadiusNeighbours | None = None
         if texture == "window":
-            self._local = _window_deviation(scene.colors, norm)[self._valid]
+            self._local = _window_deviation(scene.colors, norm)
         elif texture == "radius":
             self._neighbours = _RadiusNeighbours(scene.points[self._valid], radius)
-            self._local = self._neighbours.deviation(self._color, norm)
+            unit = scene.colors[self._valid].astype(np.float32) / np.float32(255)
+            self._local = np.zeros(scene.shape, np.float32)
+            self._local[self._valid] = self._neighbours.deviation(unit, norm)
 
     def __call__(self, labels: NDArray[np.int32]) -> Quality | None:
         """Score a segmentation.
@@ -123,62 +125,87 @@ class QualityMetric:
         -------
         Quality or None
             None if there are fewer than two segments: Q compares segments with each other.
+
+        Raises
+        ------
+        GeohueError
+            If the labels have another shape than the scene.
         """
-        used = labels[self._valid]
-        seen = used >= 0
-        counts = np.bincount(used[seen])
-        present = np.flatnonzero(counts)
-        if len(present) < 2:
+        from geohue.weight import passes  # compiled code takes a moment to load
+
+        used = self._used(labels)
+        k = max(int(used.max(initial=-1)) + 1, 1)
+        sizes, sums = np.zeros(k, np.int64), np.zeros((k, 3), np.int64)
+        squares = np.zeros_like(sums)
+        passes.add_colors(used.reshape(-1), self._colors, sizes, sums, squares)
+        present = sizes > 0
+        n = sizes[present]
+        if len(n) < 2:
             return None
-        rank = np.zeros(len(counts), np.int64)
-        rank[present] = np.arange(len(present))
-        segment, sizes = rank[used[seen]], counts[present]
-        texture = self._texture_deviation(labels, segment, seen, len(present))
-        color = self._part(self._color[seen], segment, sizes, texture)
-        geometry = self._part(self._geometry[seen], segment, sizes, np.zeros(len(present)))
+        texture = self._texture_deviation(used, k)[present]
+        means = sums[present] / n[:, None]
+        # The sums are whole numbers: a segment of one colour has a deviation of exactly 0.
+        deviations = np.sqrt(np.maximum(squares[present] / n[:, None] - means**2, 0))
+        color = self._part(means / 255, deviations / 255, n, texture)
+        means, deviations = self._geometry_moments(used, sizes)
+        geometry = self._part(means[present], deviations[present], n, np.zeros(len(n)))
         q_color = (color[0] - color[1]) / 2  # eq. 11
         q_geometry = (geometry[0] - geometry[1]) / 2  # eq. 16
         total = q_color + self.geometry_factor * q_geometry  # eq. 17
         return Quality(total, q_color, q_geometry, *color, *geometry)
 
+    def _used(self, labels: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return the labels, -1 where there is no geometry."""
+        if labels.shape != self._valid.shape:
+            raise GeohueError(
+                f"labels: shape {labels.shape}; expected {self._valid.shape}, as the scene"
+            )
+        if not self._all_valid:
+            labels = np.where(self._valid, labels, np.int32(-1))
+        return np.ascontiguousarray(labels, np.int32)
+
+    def _geometry_moments(
+        self, used: NDArray[np.int32], sizes: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Mean and deviation of the geometry of each segment, one column a channel."""
+        from geohue.weight.passes import add_distances
+
+        n = np.maximum(sizes, 1)[:, None]
+        zeros = np.zeros((len(sizes), self._geometry.shape[1]))
+        means, squares = zeros.copy(), zeros.copy()
+        add_distances(used.reshape(-1), self._geometry, zeros, False, means)
+        means /= n
+        add_distances(used.reshape(-1), self._geometry, means, True, squares)
+        return means, np.sqrt(squares / n)
+
     def _part(
         self,
-        values: NDArray[np.float32],
-        segment: NDArray[np.int64],
+        means: NDArray[np.float64],
+        deviations: NDArray[np.float64],
         sizes: NDArray[np.int64],
         texture: NDArray[np.float64],
     ) -> tuple[float, float]:
         """Return the inter and intra disparity of one cue (eq. 7-10, 12-15)."""
         k = len(sizes)
-        means = np.empty((k, values.shape[1]))
-        deviations = np.empty_like(means)
-        for channel in range(values.shape[1]):
-            v = values[:, channel].astype(np.float64)
-            means[:, channel] = np.bincount(segment, v, k) / sizes
-            v -= means[segment, channel]
-            deviations[:, channel] = np.sqrt(np.bincount(segment, v * v, k) / sizes)
         sigma = _combine(deviations, self._norm)
         intra = float((np.maximum(sigma - texture, 0) * sizes / sizes.sum()).sum())
         distance = _combine(np.abs(means[:, None] - means[None]), self._norm)
         return float(distance.sum() / (k * (k - 1))), intra
 
-    def _texture_deviation(
-        self,
-        labels: NDArray[np.int32],
-        segment: NDArray[np.int64],
-        seen: NDArray[np.bool_],
-        k: int,
-    ) -> NDArray[np.float64]:
+    def _texture_deviation(self, used: NDArray[np.int32], k: int) -> NDArray[np.float64]:
         """sigma_t of each segment: the mean local deviation over its interior (eq. 6)."""
+        from geohue.weight.passes import add_texture
+
+        total, count = np.zeros(k), np.zeros(k, np.int64)
         if self._local is None:
-            return np.zeros(k)
-        if self._texture == "window":
-            interior = _window_interior(np.where(self._valid, labels, -1))[self._valid]
+            return total
+        if self._neighbours is None:
+            interior = _window_interior(used)
         else:
-            interior = self._neighbours.interior(labels[self._valid])
-        inside = interior[seen]
-        count = np.bincount(segment[inside], minlength=k)
-        total = np.bincount(segment[inside], self._local[seen][inside].astype(np.float64), k)
+            interior = np.zeros(used.shape, bool)
+            interior[self._valid] = self._neighbours.interior(used[self._valid])
+        flat = used.reshape(-1), interior.reshape(-1), self._local.reshape(-1)
+        add_texture(*flat, count, total)
         # A segment too thin to have an interior has no measurable texture.
         return np.asarray(total / np.maximum(count, 1))
 
@@ -190,37 +217,37 @@ def _combine(channels: NDArray[np.float64], norm: Norm) -> NDArray[np.float64]:
 
 
 def _unit_geometry(scene: Scene, valid: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Depth map, or coordinates, shifted and scaled into 0..1."""
-    values = scene.depth[valid][:, None] if scene.depth is not None else scene.points[valid]
-    if len(values) == 0:
-        return values
-    low = values.min(axis=0)
-    side = float((values.max(axis=0) - low).max())
-    return np.asarray((values - low) / (side or 1.0), np.float32)
+    """Depth map, or coordinates, shifted and scaled into 0..1: (n, 1) or (n, 3)."""
+    values = (scene.points if scene.depth is None else scene.depth).reshape(scene.size, -1)
+    known = values if valid.all() else values[valid.reshape(-1)]
+    if len(known) == 0:
+        return np.ascontiguousarray(values)
+    low = known.min(axis=0)
+    side = float((known.max(axis=0) - low).max())
+    return np.ascontiguousarray((values - low) / (side or 1.0), np.float32)
 
 
 def _window_deviation(colors: NDArray[np.uint8], norm: Norm) -> NDArray[np.float32]:
-    """Standard deviation in the 3 x 3 window around each pixel."""
-    import cv2
+    """Standard deviation in the 3 x 3 window around each pixel, 0 on the frame."""
+    from geohue.weight.passes import window_deviation
 
-    # Integers up to 2^24 are exact in float32, so that the difference below loses nothing.
-    values = colors.astype(np.float32)
-    total = cv2.boxFilter(values, cv2.CV_32F, (3, 3), normalize=False)
-    squares = cv2.boxFilter(values * values, cv2.CV_32F, (3, 3), normalize=False)
-    variance = np.maximum(9 * squares - total * total, 0) / np.float32(81 * 255**2)
-    return np.asarray(_combine(np.sqrt(variance), norm), np.float32)
+    height, width = colors.shape[:2]
+    local = np.zeros((height, width), np.float32)
+    if min(height, width) < 3:
+        return local
+    rows = np.ascontiguousarray(colors).reshape(height, -1)
+    sums, squares = np.empty(3 * width, np.int32), np.empty(3 * width, np.int32)
+    channels = np.empty(3 * width - 6, np.float32)
+    window_deviation(rows, norm == "euclidean", sums, squares, channels, local)
+    return local
 
 
 def _window_interior(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Whether the 3 x 3 window of a pixel lies in the image and in one segment."""
+    from geohue.weight.passes import window_interior
+
     interior = np.zeros(labels.shape, bool)
-    if min(labels.shape) < 3:
-        return interior
-    across = (labels[:, :-2] == labels[:, 1:-1]) & (labels[:, 1:-1] == labels[:, 2:])
-    middle = labels[:, 1:-1]
-    same = across[:-2] & across[1:-1] & across[2:]
-    same &= (middle[:-2] == middle[1:-1]) & (middle[1:-1] == middle[2:])
-    interior[1:-1, 1:-1] = same & (labels[1:-1, 1:-1] >= 0)
+    window_interior(np.ascontiguousarray(labels), interior)
     return interior
 
 
