@@ -31,5 +31,5 @@ def vectorized(function: _F) -> _F:
     machines with other vector lengths may differ in the last digit. NaN and infinity must not
     reach it.
     """
-    options: dict[str, Any] = {"cache": True, "nogil": True, "fastmath": True}
+    options: dict[str, Any] = {"cache": True, "nogil": True, "forceinline": True, "fastmath": True}
     return cast(_F, njit(**options)(function))

@@ -9,7 +9,7 @@ from geohue.arrays import Floats
 from geohue.features import Features
 from geohue.ncut.labels import find_centers
 from geohue.ncut.landmarks import choose_landmarks
-from geohue.ncut.lloyd import nearest_center
+from geohue.ncut.model import CutModel
 from geohue.ncut.nystrom import nystrom_cut
 from geohue.ncut.selectors import choose_k
 from geohue.parallel import Workers
@@ -97,21 +97,26 @@ class Cutter:
         """Cut the scene; returns labels in its shape, -1 where it has no point."""
         return self._features.to_scene(self._labels(self._features, weight, k, self._workers))
 
+    def model(self, weight: float, k: int) -> CutModel:
+        """Fit the cut of the scene; it labels these and other points."""
+        return self._model(self._features, weight, k, self._workers)
+
     def _labels(
         self, features: Features, weight: float, k: int, workers: Workers
     ) -> NDArray[np.int32]:
         if k == 1:
             return np.zeros(len(features), np.int32)
+        model = self._model(features, weight, k, workers)
+        return model.labels(features.mixed(weight), workers)
+
+    def _model(self, features: Features, weight: float, k: int, workers: Workers) -> CutModel:
         draft = self.draft.mixed(weight)
         vectors = draft if features is self.draft else features.mixed(weight)
         cut = nystrom_cut(vectors, draft[self._landmarks], workers, k, self._settings.scale)
         k = min(k, cut.basis.shape[1])  # coinciding points span fewer directions
         rng = np.random.default_rng((self._seed, 1))
-        centers = find_centers(cut.rows(_sample(draft), k), k, self._settings.labelling, rng)
-        parts = workers.map_blocks(
-            lambda rows: nearest_center(cut.rows(vectors[rows], k), centers), len(features)
-        )
-        return np.concatenate(list(parts))
+        rows = cut.rows(_sample(draft), k)
+        return CutModel(cut, find_centers(rows, k, self._settings.labelling, rng))
 
 
 def _sample(vectors: Floats) -> Floats:

@@ -53,16 +53,14 @@ def lloyd(
     cost : float
         Sum of the squared distances to the nearest centre.
     """
-    labels = nearest_center(rows, centers)
-    for _ in range(steps):
-        counts = np.bincount(labels, minlength=len(centers))
-        sums = np.stack([np.bincount(labels, column, len(centers)) for column in rows.T], axis=1)
-        centers = np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], centers)
-        moved = nearest_center(rows, centers)
-        if np.array_equal(moved, labels):
-            break
-        labels = moved
-    return centers, float(((rows - centers[labels]) ** 2).sum())
+    from geohue.ncut.centers import move_centers
+
+    k, d = centers.shape
+    moved = np.array(centers, np.float64)
+    labels = np.full(len(rows), -1, np.int32)
+    scratch = np.empty((k, d + 1))
+    cost = move_centers(np.ascontiguousarray(rows), moved, steps, labels, scratch)
+    return moved, float(cost)
 
 
 def spread_seeds(
@@ -72,11 +70,8 @@ def spread_seeds(
 
     Takes the same number of draws from `rng` whatever the data are.
     """
-    seeds = [rows[rng.integers(len(rows))]]
-    distance = np.full(len(rows), np.inf)
-    for _ in range(1, k):
-        distance = np.minimum(distance, ((rows - seeds[-1]) ** 2).sum(axis=1))
-        cumulative = distance.cumsum()
-        position = int(np.searchsorted(cumulative, rng.random() * cumulative[-1], side="right"))
-        seeds.append(rows[min(position, len(rows) - 1)])
-    return np.array(seeds)
+    from geohue.ncut.centers import draw_seeds
+
+    chosen = np.full(k, rng.integers(len(rows)))
+    draw_seeds(np.ascontiguousarray(rows), rng.random(k - 1), np.empty(len(rows)), chosen)
+    return rows[chosen]

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from geohue.arrays import Floats
 from geohue.ncut.affinity import SCALE, affinity
+from geohue.ncut.kernel import Kernel
 from geohue.parallel import Workers
-
-MEMORY = 256 * 2**20
-"""Bytes of affinities kept between the passes; beyond it they are computed again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,24 +24,21 @@ class NystromCut:
     basis : (n, m) float
         A point with affinities c to the landmarks and degree d has the eigenvector entries
         ``c @ basis / sqrt(d)``.
-    landmarks : (n, D) float
-        The landmarks' vectors.
     to_degree : (n,) float
         ``c @ to_degree`` is the degree of a point.
-    scale : float
-        The width of the affinity.
+    kernel : Kernel
+        The affinities c.
     """
 
     eigenvalues: NDArray[np.float64]
     basis: Floats
-    landmarks: Floats
     to_degree: Floats
-    scale: float
+    kernel: Kernel
 
     def entries(self, vectors: Floats, k: int) -> Floats:
         """Return each point's entries in the first `k` eigenvectors, (M, k)."""
-        c = affinity(vectors, self.landmarks, self.scale)
-        return np.asarray(c @ self.basis[:, :k] / np.sqrt(_degrees(c, self.to_degree))[:, None])
+        both = self.kernel.project(vectors, np.c_[self.basis[:, :k], self.to_degree])
+        return np.asarray(both[:, :k] / np.sqrt(np.maximum(both[:, k:], 1)))
 
     def rows(self, vectors: Floats, k: int) -> Floats:
         """Return the direction of each point's first `k` eigenvector entries.
@@ -64,7 +57,7 @@ class NystromCut:
         (M, k) float
             Rows of length 1 (Ng, Jordan and Weiss 2002).
         """
-        entries = affinity(vectors, self.landmarks, self.scale) @ self.basis[:, :k]
+        entries = self.kernel.project(vectors, self.basis[:, :k])
         length = np.sqrt(np.einsum("ij,ij->i", entries, entries))
         tiny = np.finfo(entries.dtype).tiny
         return np.asarray(entries / np.maximum(length, tiny)[:, None])
@@ -76,14 +69,13 @@ def nystrom_cut(
     workers: Workers,
     m: int,
     scale: float = SCALE,
-    memory: int = MEMORY,
 ) -> NystromCut:
     r"""Find the leading eigenvectors of the normalized cut by the Nystrom method.
 
     With A the affinities among the landmarks and C those of all points to them, the whole
     affinity matrix is taken as :math:`C A^{-1} C^T`, whose rows for the landmarks are exact. This
     is the one-shot method of Fowlkes et al.; written with C it needs the N x n affinities only
-    block by block:
+    block by block, and they are never stored:
 
     1. degrees :math:`d = C A^{-1} (C^T 1)`,
     2. :math:`G = A^{-1/2} (C^T D^{-1} C) A^{-1/2} = U \Lambda U^T`, n x n,
@@ -105,8 +97,6 @@ def nystrom_cut(
         Number of eigenvectors wanted; fewer are returned if the landmarks span fewer.
     scale : float
         Width of the affinity.
-    memory : int
-        Bytes of affinities that may be kept between the passes.
 
     Returns
     -------
@@ -126,34 +116,25 @@ def nystrom_cut(
     >>> cut.eigenvalues.round(6).tolist()
     [1.0, 1.0]
     """
-    factor = _inverse_root(
-        affinity(landmarks.astype(np.float64), landmarks.astype(np.float64), scale), vectors.dtype
-    )
-    block_of = _affinity_blocks(vectors, landmarks, scale, memory)
+    exact = landmarks.astype(np.float64)
+    factor = _inverse_root(affinity(exact, exact, scale), vectors.dtype)
+    kernel = Kernel.of(landmarks, scale)
     total = np.zeros(len(landmarks))
-    for part in workers.map_blocks(lambda rows: block_of(rows).sum(axis=0), len(vectors)):
+    for part in workers.map_blocks(lambda rows: kernel.column_sums(vectors[rows]), len(vectors)):
         total += part
     to_degree = (factor @ (factor.T @ total)).astype(vectors.dtype)
-
-    def gram(rows: slice) -> Floats:
-        c = block_of(rows)
-        weighted = c / np.sqrt(_degrees(c, to_degree))[:, None]
-        return np.asarray(weighted.T @ weighted)
-
     middle = np.zeros((len(landmarks), len(landmarks)))
-    for part in workers.map_blocks(gram, len(vectors)):
+    for part in workers.map_blocks(
+        lambda rows: kernel.gram(vectors[rows], to_degree), len(vectors)
+    ):
         middle += part
-    values, directions = scipy.linalg.eigh(factor.T @ middle @ factor)
+    # NumPy's eigh lets other threads run meanwhile, SciPy's does not.
+    values, directions = np.linalg.eigh(factor.T @ middle @ factor)
     values, directions = values[::-1][:m], directions[:, ::-1][:, :m]
     used = values > 1e-6 * max(values[0], 1e-300)
     values, directions = values[used], directions[:, used]
     basis = factor @ (directions / np.sqrt(values))
-    basis = _signed(basis).astype(vectors.dtype)
-    return NystromCut(values, basis, landmarks, to_degree, scale)
-
-
-def _degrees(c: Floats, to_degree: Floats) -> Floats:
-    return np.maximum(c @ to_degree, 1)
+    return NystromCut(values, _signed(basis).astype(vectors.dtype), to_degree, kernel)
 
 
 def _inverse_root(a: Floats, dtype: np.dtype[np.floating]) -> NDArray[np.float64]:
@@ -161,27 +142,9 @@ def _inverse_root(a: Floats, dtype: np.dtype[np.floating]) -> NDArray[np.float64
 
     The cut-off follows the precision of the affinities that F will be applied to.
     """
-    values, vectors = scipy.linalg.eigh(a)
+    values, vectors = np.linalg.eigh(a)
     keep = values > values[-1] * 10 * np.finfo(dtype).eps * len(a)
     return np.asarray(vectors[:, keep] / np.sqrt(values[keep]))
-
-
-def _affinity_blocks(
-    vectors: Floats, landmarks: Floats, scale: float, memory: int
-) -> Callable[[slice], Floats]:
-    """Return a function from rows to their affinities, which remembers them if memory allows."""
-    kept: dict[int, Floats] = {}
-    remember = len(vectors) * len(landmarks) * vectors.itemsize <= memory
-
-    def block_of(rows: slice) -> Floats:
-        block = kept.get(rows.start)
-        if block is None:
-            block = affinity(vectors[rows], landmarks, scale)
-            if remember:
-                kept[rows.start] = block
-        return block
-
-    return block_of
 
 
 def _signed(basis: Floats) -> Floats:
