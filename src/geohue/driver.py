@@ -126,7 +126,7 @@ def segment(
             labels = connected_components(labels)
         labels, _ = relabel(labels)
     found = int(labels.max()) + 1
-    notes += _shortfalls(found, n, components) if splitter.uses_k else []
+    notes += shortfalls(found, n, components) if splitter.uses_k else []
     return Segmentation(
         labels,
         found,
@@ -241,7 +241,8 @@ def _refined(
     return merge_small_regions(labels, max(1, round(settings.min_region * scene.size)))
 
 
-def _shortfalls(found: int, wanted: int, components: bool) -> list[str]:
+def shortfalls(found: int, wanted: int, components: bool) -> list[str]:
+    """Return what the user should know where there are fewer segments than wanted."""
     if wanted == 1:
         return ["one segment: nothing to split, and no weight to choose; k=2 or more splits it"]
     if found < wanted and not components:

@@ -41,6 +41,9 @@ class Chunks(Protocol):
     def read(self, start: int, stop: int) -> Chunk:
         """Read the points from `start` to `stop` (exclusive)."""
 
+    def close(self) -> None:
+        """Let go of the file; the next `read` opens it again."""
+
 
 def open_chunks(path: str | Path) -> Chunks:
     """Open a cloud for reading piece by piece.

@@ -48,6 +48,12 @@ class LasChunks:
             return xyz, np.zeros(xyz.shape, np.uint8)
         return xyz, as_bytes(_colors_of(points), self.scale, self.path)
 
+    def close(self) -> None:
+        """Let go of the file; the next `read` opens it again."""
+        if self._reader is not None:
+            self._reader.close()
+            self._reader = None
+
     def raw_colors(self, start: int, stop: int) -> NDArray[Any]:
         """Return the file's own colour values, (m, 3)."""
         return _colors_of(self._points(start, stop))
@@ -64,7 +70,7 @@ class LasChunks:
                 reader.seek(start)
             points = reader.read_points(stop - start)
         if len(points) < stop - start:
-            self._reader = None
+            self.close()
             raise broken(self.path, f"is cut short near point {start}; copy or export it again")
         return points
 
@@ -76,7 +82,7 @@ class LasChunks:
         except (GeohueError, KeyboardInterrupt, SystemExit):
             raise
         except BaseException as error:  # lazrs is Rust: a panic is no Exception
-            self._reader = None
+            self.close()
             cause = f"is damaged {where} ({reason(error)})"
             raise broken(self.path, f"{cause}; export it again") from error
 
@@ -95,9 +101,12 @@ def open_las(path: Path) -> LasChunks:
     """Open a LAS or LAZ file, its header and tables held against its size first."""
     optional("laspy", "clouds", path)
     chunks = _checked(path)
-    if not chunks.dimensions().issuperset(_COLORS):
-        return chunks
-    scale = find_scale(chunks.raw_colors, chunks.n_points, _PLACES)
+    try:
+        if not chunks.dimensions().issuperset(_COLORS):
+            return chunks
+        scale = find_scale(chunks.raw_colors, chunks.n_points, _PLACES)
+    finally:
+        chunks.close()
     return replace(chunks, has_colors=True, scale=scale)
 
 

@@ -72,6 +72,9 @@ class RowChunks:
             return xyz, np.zeros((len(rows), 3), np.uint8)
         return xyz, as_bytes(_stacked(rows, self.colors), self.scale, self.path)
 
+    def close(self) -> None:
+        """Do nothing: no file stays open."""
+
     def raw_colors(self, start: int, stop: int) -> NDArray[Any]:
         """Return the file's own colour values, (m, 3)."""
         return _stacked(self._rows(start, stop), self.colors)

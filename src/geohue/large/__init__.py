@@ -1,0 +1,11 @@
+"""Clouds larger than memory: two passes over the file, one to measure it, one to label it.
+
+The first pass gathers the moments of colour and geometry (eq. 3, 4) and a random sample; the
+weight, the number of segments and the cut are found on the sample; the second pass labels every
+point by the Nystrom extension. See docs/large.md.
+"""
+
+from geohue.large.result import FileSegmentation
+from geohue.large.run import segment_file
+
+__all__ = ["FileSegmentation", "segment_file"]

@@ -1,0 +1,36 @@
+"""Pictures of a cloud that is too large for one: of its sample."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.io.curve import draw_weight_curve
+from geohue.io.images import write_png
+from geohue.large.fit import Fitted
+from geohue.large.result import FileSegmentation
+from geohue.picture import picture
+from geohue.scene import Scene
+from geohue.segmentation import Segmentation
+
+
+def draw(folder: Path, sample: NDArray[np.void], fitted: Fitted, result: FileSegmentation) -> None:
+    """Write ``overlay.png`` and ``weight_curve.png`` as `geohue.io.results` does."""
+    labels = fitted.labels(sample["xyz"], sample["rgb"])
+    scene = Scene.from_cloud(sample["xyz"], sample["rgb"])
+    write_png(folder / "overlay.png", picture(scene, labels))
+    seen = Segmentation(
+        labels,
+        result.k,
+        result.weight,
+        result.quality,
+        result.weight_curve,
+        "nncsc",
+        result.preset,
+        result.cues,
+        result.seed,
+        result.timings,
+    )
+    draw_weight_curve(folder / "weight_curve.png", seen)

@@ -1,0 +1,206 @@
+"""A cloud on disk into its parts, in two passes of bounded memory."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Literal
+
+from geohue._version import __version__
+from geohue.driver import Weight, check_arguments, shortfalls
+from geohue.errors import GeohueError
+from geohue.features import CUES, Cues
+from geohue.io.atomic import atomic_write
+from geohue.io.chunks import Chunks, open_chunks
+from geohue.io.files import broken, read_bytes
+from geohue.large.fit import Decision, Fitted
+from geohue.large.memory import parse_memory, processes_within
+from geohue.large.pictures import draw
+from geohue.large.result import FileSegmentation
+from geohue.large.sample import SAMPLE
+from geohue.large.stages import Crew, Progress, Question, decide, label_all, measure_all
+from geohue.large.state import State, has_state
+from geohue.large.targets import plan_targets, publish
+from geohue.parallel import cores
+from geohue.presets import Preset, preset_named
+from geohue.segmentation import StageClock
+
+
+def segment_file(
+    path: str | Path,
+    out: str | Path,
+    k: int | Literal["auto"] = "auto",
+    weight: Weight = "auto",
+    preset: str | Preset = "paper",
+    cues: Cues = "fusion",
+    seed: int = 0,
+    *,
+    memory: str | int | None = None,
+    processes: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    formats: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> FileSegmentation:
+    """Split a coloured cloud of any size into its parts.
+
+    The first pass over the file gathers the moments of colour and geometry (eq. 3, 4; exact) and
+    a random sample of 100,000 points; k, weight and the cut are found on the sample; the second
+    pass labels every point. With no more points than the sample, the labels are those of
+    `geohue.segment`. They depend neither on `memory` nor on where the passes run.
+
+    Parameters
+    ----------
+    path : str or Path
+        The cloud: LAS, LAZ, binary PLY, or NPY with rows x, y, z, red, green, blue.
+    out : str or Path
+        Folder that receives ``labels.npy`` (int32, -1 for points without coordinates) and
+        ``result.json``.
+    k, weight, preset, cues, seed
+        As for `geohue.segment`.
+    memory : str or int, optional
+        Bound on the memory of all processes together, such as ``"2GB"``.
+    processes : int, optional
+        How many work on the passes, each with one thread; by default one a core, as far as
+        `memory` allows.
+    scheduler : str, optional
+        Address of a dask scheduler whose workers do the passes; they must see the same files.
+    resume : bool
+        Go on with a run in `out` that was killed; finished stretches are not done again.
+    formats : sequence of str
+        More files: ``"ply"`` for ``segmented.ply``.
+    progress : callable, optional
+        Called as stretches are finished.
+
+    Returns
+    -------
+    FileSegmentation
+
+    Raises
+    ------
+    GeohueError
+        For a file that cannot be read in pieces, bad arguments, too little memory, a run in `out`
+        that is not this one, or stretches that failed (the others are kept).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> file = getfixture("tmp_path") / "cloud.npy"
+    >>> xyz = np.random.default_rng(0).random((600, 3)) + np.repeat([[0], [5]], 300, axis=0)
+    >>> np.save(file, np.hstack([xyz, np.repeat([[200, 30, 30], [30, 30, 200]], 300, axis=0)]))
+    >>> result = segment_file(file, file.parent / "out", k=2, processes=1)
+    >>> result.sizes, np.load(result.labels_file)[::300].tolist()
+    ((300, 300), [0, 1])
+    """
+    question = Question(k, weight, preset_named(preset), cues, seed)
+    _check(question, processes)
+    allowed = None if memory is None else parse_memory(memory)
+    crew = Crew(processes_within(allowed, processes or cores()), scheduler, progress)
+    folder, source = Path(out), open_chunks(Path(path).absolute())
+    if not source.has_colors and cues != "geometry":
+        raise broken(path, "has no colours; export the cloud with red, green and blue")
+    targets = plan_targets(folder, source.n_points, source.is_double, formats)
+    identity = _identity(source, question, formats)
+    if resume and not has_state(folder):
+        finished = _finished(folder, identity)
+        if finished is not None:
+            return finished
+    state, clock = State(folder, identity, resume), StageClock()
+    with clock.stage("measure"):
+        moments = measure_all(source, state, question, crew)
+    fitted, decision = decide(source, state, moments, question, clock, crew)
+    with clock.stage("label"):
+        counts = label_all(source, state, fitted, targets, crew)
+    publish(targets)
+    name = preset if isinstance(preset, str) else "custom"
+    result = _result(folder, source, question, name, fitted, decision, counts, clock)
+    draw(folder, state.sample(), fitted, result)
+    with atomic_write(folder / RESULT) as temporary:
+        content = result.summary() | {"run": identity}
+        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    state.end()
+    return result
+
+
+RESULT = "result.json"
+
+
+def _check(question: Question, processes: int | None) -> None:
+    check_arguments(question.k, question.weight, question.seed)
+    if question.cues not in CUES:
+        raise GeohueError(f"cues {question.cues!r}: choose one of {', '.join(CUES)}")
+    if processes is not None and processes < 1:
+        raise GeohueError(f"processes is {processes}: expected at least 1")
+
+
+def _identity(source: Chunks, question: Question, formats: Sequence[str]) -> dict[str, Any]:
+    """Return all that the labels depend on, as it reads back from JSON."""
+    status = source.path.stat()
+    identity = {
+        "version": __version__,
+        "input": source.path.name,
+        "bytes": status.st_size,
+        "modified_ns": status.st_mtime_ns,
+        "n_points": source.n_points,
+        "formats": sorted(formats),
+        **asdict(question),
+    }
+    content: dict[str, Any] = json.loads(json.dumps(identity, default=float))
+    return content
+
+
+def _result(
+    folder: Path,
+    source: Chunks,
+    question: Question,
+    preset: str,
+    fitted: Fitted,
+    decision: Decision,
+    counts: list[int],
+    clock: StageClock,
+) -> FileSegmentation:
+    sizes = tuple(counts[:-1])
+    found = sum(size > 0 for size in sizes)
+    return FileSegmentation(
+        folder / "labels.npy",
+        found,
+        sizes,
+        float(fitted.weight),
+        decision.quality,
+        decision.curve,
+        preset,
+        question.cues,
+        question.seed,
+        source.n_points,
+        min(SAMPLE, source.n_points),
+        clock.timings(),
+        (*decision.notes, *shortfalls(found, decision.k, False)),
+    )
+
+
+def _finished(folder: Path, identity: dict[str, Any]) -> FileSegmentation | None:
+    """Return the result of the same run, if it has ended."""
+    file = folder / RESULT
+    if not file.exists() or not (folder / "labels.npy").exists():
+        return None
+    content = json.loads(read_bytes(file))
+    if content.get("run") != identity:
+        return None
+    return FileSegmentation(
+        folder / "labels.npy",
+        content["k"],
+        tuple(content["sizes"]),
+        math.inf if content["weight"] is None else content["weight"],
+        content["quality"],
+        [(weight, value) for weight, value in content["weight_curve"]],
+        content["preset"],
+        content["cues"],
+        content["seed"],
+        content["n_points"],
+        content["n_sample"],
+        content["timings_s"],
+        tuple(content["warnings"]),
+    )
