@@ -125,7 +125,9 @@ def _face_view(scene: Scene) -> NDArray[np.int64]:
     reach = np.quantile(np.linalg.norm(points, axis=1), 0.98) or 1.0
     body = np.linalg.norm(points, axis=1) <= 1.2 * reach
     index, points = index[body], points[body]
-    _, _, axes = np.linalg.svd(points[:: max(1, len(points) // 5000)], full_matrices=True)
+    thinned = points[:: max(1, len(points) // 5000)]
+    # Two points do not span space, and all of U would be 200 MB for 5000.
+    _, _, axes = np.linalg.svd(thinned, full_matrices=len(thinned) < 3)
     flat = points @ axes.T
     scale = (_VIEW_SIZE - 5) / max(float(np.ptp(flat[:, :2], axis=0).max()), 1e-30)
     dot = max(1, round(0.5 * _VIEW_SIZE / np.sqrt(len(points))))
