@@ -1,12 +1,23 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
 from geohue import PRESETS, Scene, segment
 from geohue.parallel import Workers, workers
-from geohue.weight.agreement import HALF_OCTAVES, BorderContrast, weight_by_agreement
+from geohue.weight.agreement import (
+    HALF_OCTAVES,
+    BorderContrast,
+    _distances,
+    weight_by_agreement,
+)
+from twins import agreement as twin
 
 ALONE = Workers(None)
 
@@ -45,6 +56,43 @@ class TestContrast:
         along = contrast((points[:, 0] < 0.5).astype(np.int32))
         across = contrast((points[:, 1] < 0.5).astype(np.int32))
         assert along > 3 * across
+
+    @given(st.integers(0, 2**20), st.sampled_from([0.0, 0.3]), st.booleans())
+    @settings(deadline=None, max_examples=60)
+    def test_equals_its_twin(self, seed: int, missing: float, wide: bool) -> None:
+        rng = np.random.default_rng(seed)
+        rgb = rng.integers(0, 256, (7, 9, 3)).astype(np.uint8)
+        depth = rng.uniform(1, 2, (7, 9))
+        depth[rng.random((7, 9)) < missing] = np.nan
+        scene = Scene.from_rgbd(rgb, depth)
+        labels = rng.integers(-1, 3, (7, 9)).astype(np.int32)
+        # Any memory layout and integer type will do.
+        asked: Any = np.asfortranarray(labels).astype(np.int64) if wide else labels
+        expected = twin.contrast(scene, labels)
+        assert BorderContrast(scene)(asked) == pytest.approx(expected, nan_ok=True)
+
+
+@given(
+    hnp.arrays(
+        np.int32, st.tuples(st.integers(1, 5), st.integers(1, 40)), elements=st.integers(-1, 6)
+    ),
+    st.sampled_from([1, 9]),
+)
+@settings(deadline=None, max_examples=150)
+def test_distances_equal_their_twin(maps: NDArray[np.int32], spread: int) -> None:
+    """Also with labels that leave gaps, points without a label, and maps without common points."""
+    spaced = list(np.where(maps < 0, -1, maps * spread).astype(np.int32))
+    found, expected = _distances(spaced), twin.distances(spaced)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_distance_by_hand() -> None:
+    """Halves against quarters: one bit; the same parts under other names: none."""
+    halves = np.array([0, 0, 0, 0, 1, 1, 1, 1, -1], np.int32)
+    quarters = np.array([0, 0, 1, 1, 2, 2, 3, 3, 0], np.int32)
+    named = np.array([5, 5, 5, 5, 2, 2, 2, 2, -1], np.int32)
+    expected = [[0, 1, 0], [1, 0, 1], [0, 1, 0]]
+    np.testing.assert_allclose(_distances([halves, quarters, named]), expected, atol=1e-12)
 
 
 class TestRule:

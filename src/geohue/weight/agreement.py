@@ -15,8 +15,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.evaluate.contingency import contingency_table
-from geohue.evaluate.partition import information_of
 from geohue.features import lab_of
 from geohue.parallel import Workers
 from geohue.scene import Scene
@@ -110,14 +108,15 @@ class BorderContrast:
 
     def __call__(self, labels: Labels) -> float:
         """Return the contrast of a segmentation, 0 or more; NaN without any border."""
-        flat = labels.reshape(-1)
-        a, b = flat[self._one], flat[self._other]
-        seen = (a >= 0) & (b >= 0)
-        cut = seen & (a != b)
-        if not cut.any():
+        from geohue.weight.passes import add_steps  # compiled code takes a moment to load
+
+        flat = np.ascontiguousarray(labels, np.int32).reshape(-1)
+        counts, sums = np.zeros(2, np.int64), np.zeros(2)
+        add_steps(flat, self._one, self._other, self._step, counts, sums)
+        if counts[1] == 0:
             return float("nan")
-        everywhere = float(self._step[seen].mean())
-        return float(self._step[cut].mean()) / everywhere if everywhere > 0 else 0.0
+        everywhere, across = sums / counts
+        return float(across / everywhere) if everywhere > 0 else 0.0
 
 
 def _neighbours(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -139,12 +138,28 @@ def _neighbours(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _distances(maps: list[Labels]) -> NDArray[np.float64]:
-    """Variation of information in bits between each two segmentations."""
+    """Variation of information in bits between each two segmentations, over their common points.
+
+    0 where there is no common point.
+    """
+    from geohue.weight.passes import shared_information
+
+    flat = np.stack([np.asarray(labels, np.int32).reshape(-1) for labels in maps])
+    # Points in a row that no map parts count as one, with their number as its weight.
+    parted = (flat[:, 1:] != flat[:, :-1]).any(axis=0)
+    first = np.flatnonzero(np.concatenate([[True], parted]))
+    weight = np.diff(first, append=flat.shape[1])
+    runs = np.ascontiguousarray(flat[:, first])
+    cell, in_other = np.zeros((2, int(runs.max()) + 1), np.int64)
+    n = np.arange(flat.shape[1] + 1, dtype=np.float64)
+    log = n * np.log2(np.maximum(n, 1))
     distance = np.zeros((len(maps), len(maps)))
-    for i in range(len(maps)):
+    for i, one in enumerate(runs):
+        order = np.argsort(one, kind="stable")
+        order = order[np.count_nonzero(one < 0) :]
         for j in range(i):
-            table = contingency_table(maps[i], maps[j], ignore=-1, keep_unlabelled=False)
-            distance[i, j] = distance[j, i] = information_of(table).total
+            found = shared_information(order, one, runs[j], weight, log, cell, in_other)
+            distance[i, j] = distance[j, i] = found
     return distance
 
 

@@ -91,6 +91,71 @@ def add_texture(
 
 
 @compiled
+def add_steps(
+    labels: NDArray[np.int32],
+    one: NDArray[np.int64],
+    other: NDArray[np.int64],
+    step: NDArray[np.float64],
+    counts: NDArray[np.int64],
+    sums: NDArray[np.float64],
+) -> None:
+    """Count the pairs of labelled points and add up their steps: all (0), across borders (1)."""
+    for i in range(one.size):
+        a, b = labels[one[i]], labels[other[i]]
+        if a >= 0 and b >= 0:
+            counts[0] += 1
+            sums[0] += step[i]
+            if a != b:
+                counts[1] += 1
+                sums[1] += step[i]
+
+
+@compiled
+def shared_information(
+    order: NDArray[np.int64],
+    one: NDArray[np.int32],
+    other: NDArray[np.int32],
+    weight: NDArray[np.int64],
+    log: NDArray[np.float64],
+    cell: NDArray[np.int64],
+    in_other: NDArray[np.int64],
+) -> float:
+    """Variation of information between two segmentations, in the unit of the logarithm.
+
+    ``weight`` counts the points behind each entry. ``order`` lists the entries with a label in
+    the first one, segment by segment, so that a row of the table of overlaps is all that is ever
+    held: ``cell``, and ``in_other`` for the sizes in the other one, come in and go out as zeros.
+    ``log[n]`` is n log n.
+    """
+    joint, in_one, n = 0.0, 0.0, 0
+    first = 0
+    while first < order.size:
+        end, size = first, 0
+        while end < order.size and one[order[end]] == one[order[first]]:
+            label = other[order[end]]
+            if label >= 0:
+                cell[label] += weight[order[end]]
+                size += weight[order[end]]
+            end += 1
+        for i in range(first, end):
+            label = other[order[i]]
+            if label >= 0 and cell[label] > 0:
+                joint += log[cell[label]]
+                in_other[label] += cell[label]
+                cell[label] = 0
+        in_one += log[size]
+        n += size
+        first = end
+    total = in_one - 2 * joint
+    for i in range(order.size):
+        label = other[order[i]]
+        if label >= 0 and in_other[label] > 0:
+            total += log[in_other[label]]
+            in_other[label] = 0
+    return total / n if n > 0 else 0.0
+
+
+@compiled
 def window_interior(labels: NDArray[np.int32], out: NDArray[np.bool_]) -> None:
     """Whether the 3 x 3 window of a pixel lies in one segment; ``out`` comes in as all False."""
     height, width = labels.shape
