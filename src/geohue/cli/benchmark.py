@@ -54,6 +54,8 @@ def benchmark(
     window = _crop(protocol, crop)
     if processes < 1:
         raise GeohueError(f"--processes {processes}: expected at least 1")
+    if processes > 1 and scheduler is not None:
+        raise GeohueError("--processes and --scheduler both say where to work: give one")
     from geohue.evaluate.benchmark import benchmark as run
     from geohue.evaluate.frames import find_frames
     from geohue.evaluate.summary import summarise, table

@@ -6,7 +6,6 @@ import pickle
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
 from itertools import islice
 from pkgutil import resolve_name
 from queue import Empty, SimpleQueue
@@ -30,7 +29,7 @@ _LOOK_S = 2.0  # between looks at who works
 _AHEAD = (
     3  # jobs sent for each thread of the workers: they never wait, and the scheduler stays small
 )
-_TURN = Lock()  # one job at a time in a process: its threads share one filter of warnings
+_TURN = Lock()  # one job at a time in a process, whose threads share limits and warning filters
 
 
 def run_on_cluster(
@@ -65,7 +64,7 @@ def run_on_cluster(
     Examples
     --------
     >>> from distributed import LocalCluster
-    >>> small = dict(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None)
+    >>> small = dict(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0")
     >>> with LocalCluster(**small) as cluster:
     ...     found = list(run_on_cluster(abs, [-1, 2], cluster.scheduler_address))
     >>> sorted(outcome.result for outcome in found)
@@ -229,18 +228,9 @@ def _call(version: str, payload: bytes) -> tuple[str, Any, str | None]:
     if version != __version__:
         return __version__, None, None
     with _TURN:
-        _prepare()
         try:
             function, job = pickle.loads(payload)
         except Exception as error:
             return __version__, None, error_text(error)
         _, result, error_line = attempt(function, job)
         return __version__, result, error_line
-
-
-@lru_cache(maxsize=1)
-def _prepare() -> None:
-    """Prepare this process for its first job."""
-    from geohue.jobs.pool import one_thread
-
-    one_thread()

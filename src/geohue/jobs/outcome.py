@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Generic, NamedTuple, TypeVar
 
 Job = TypeVar("Job")
@@ -28,13 +29,26 @@ def attempt(function: Callable[[Job], Result], job: Job) -> Outcome[Job, Result]
     >>> attempt(len, 3).error
     "TypeError: object of type 'int' has no len()"
     """
-    from threadpoolctl import threadpool_limits
-
     try:
-        with threadpool_limits(1):
+        with _one_thread():
             return Outcome(job, function(job), None)
     except Exception as error:
         return Outcome(job, None, error_text(error))
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Keep the numerical libraries to one thread each, for a while."""
+    import cv2
+    from threadpoolctl import threadpool_limits
+
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with threadpool_limits(1):
+            yield
+    finally:
+        cv2.setNumThreads(before)
 
 
 def error_text(error: BaseException) -> str:

@@ -1,0 +1,201 @@
+"""Jobs on real worker processes of a dask cluster: the same results, and nothing lost."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geohue._version import __version__
+from geohue.batch import Settings, batch, find_items
+from geohue.cli.app import run as command
+from geohue.errors import GeohueError, GeohueWarning
+from geohue.io.images import write_png
+from geohue.jobs import cluster as module
+from geohue.jobs.pool import run_jobs
+from jobs.frames import (
+    HEIGHT,
+    WIDTH,
+    answer_of_another_version,
+    note_and_square,
+    write_frames,
+)
+
+
+def worker_pids(cluster: Any) -> list[int]:
+    return [worker.pid for worker in cluster.workers.values() if worker.pid is not None]
+
+
+def test_outcomes_are_those_of_this_process(cluster: Any) -> None:
+    jobs = ["1", "x", "3", "", "-5"]
+    here = {o.job: o for o in run_jobs(int, jobs)}
+    there = {o.job: o for o in run_jobs(int, jobs, scheduler=cluster.scheduler_address)}
+    assert here == there
+    assert there["x"].error == "ValueError: invalid literal for int() with base 10: 'x'"
+
+
+def test_killed_worker_loses_no_job(cluster: Any, tmp_path: Path) -> None:
+    jobs = [(i, str(tmp_path)) for i in range(8)]
+    results: dict[int, int | None] = {}
+    killed = None
+    for outcome in run_jobs(note_and_square, jobs, scheduler=cluster.scheduler_address):
+        assert outcome.error is None
+        results[outcome.job[0]] = outcome.result
+        begun = {int(f.name.split("-")[0]): int(f.name.split("-")[1]) for f in tmp_path.iterdir()}
+        under_way = [i for i in begun if i not in results]
+        if killed is None and under_way:
+            killed = under_way[-1]
+            os.kill(begun[killed], signal.SIGKILL)
+    assert results == {i: i * i for i in range(8)}
+    assert len(list(tmp_path.glob(f"{killed}-*"))) >= 2  # begun, cut off and begun again
+
+
+def test_job_that_kills_its_workers_costs_itself_only(cluster: Any) -> None:
+    # All of these signals are harmless, but for one.
+    jobs = [signal.SIGCHLD, signal.SIGURG, signal.SIGKILL, signal.SIGWINCH]
+    found = run_jobs(signal.raise_signal, jobs, scheduler=cluster.scheduler_address)
+    died = "the process died (out of memory?)"
+    assert {o.job: o.error for o in found} == dict.fromkeys(jobs) | {signal.SIGKILL: died}
+
+
+def test_batch_survives_a_killed_worker_and_a_damaged_frame(cluster: Any, tmp_path: Path) -> None:
+    folder = write_frames(tmp_path / "frames", 6)
+    (folder / "0002" / "depth.png").write_bytes(b"no picture")
+    write_png(folder / "0004" / "depth.png", np.zeros((HEIGHT, WIDTH), np.uint16))
+    items, _ = find_items(folder)
+    settings = Settings(k=2, preset="fast")
+    batch(items, tmp_path / "here", settings)
+    shots: list[str] = []
+
+    def shoot_once(done: int, total: int, text: str) -> None:
+        if not shots:
+            os.kill(worker_pids(cluster)[0], signal.SIGKILL)
+        shots.append(f"{done}/{total} {text[4:6]}")
+
+    batch(
+        items,
+        tmp_path / "there",
+        settings,
+        scheduler=cluster.scheduler_address,
+        progress=shoot_once,
+    )
+    assert [shot[:3] for shot in shots] == [f"{i}/6" for i in range(1, 7)]
+    assert sorted(shot[4:] for shot in shots) == ["", "", "", "", ": ", ": "]
+    rows = [untimed(tmp_path / place / "batch.csv") for place in ("here", "there")]
+    assert rows[0] == rows[1]
+    assert [row["name"] for row in rows[0] if row["error"]] == ["0002", "0004"]
+    for name in ("0000", "0001", "0003", "0005"):
+        files = [(tmp_path / place / name / "labels.png") for place in ("here", "there")]
+        assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def untimed(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return [{k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(file)]
+
+
+def test_command_takes_a_scheduler(
+    cluster: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    write_frames(tmp_path / "frames", 2)
+    monkeypatch.chdir(tmp_path)  # the workers are elsewhere
+    given = ["-k", "2", "--preset", "fast", "--scheduler", cluster.scheduler_address]
+    assert command(["batch", "frames", "-o", "out", *given]) == 0
+    assert "2 of 2 frame(s) segmented" in capsys.readouterr().out
+    assert (tmp_path / "out" / "0001" / "labels.png").exists()
+
+
+def test_few_jobs_are_under_way(in_process: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    submit = module._submit
+    sent: list[int] = []
+
+    def note_and_submit(crew: Any, function: Any, job: int) -> Any:
+        sent.append(job)
+        return submit(crew, function, job)
+
+    monkeypatch.setattr(module, "_submit", note_and_submit)
+    address = in_process(2).scheduler_address
+    for done, _ in enumerate(run_jobs(abs, range(40), scheduler=address)):
+        assert len(sent) <= done + 2 * 3
+    assert sent == list(range(40))
+
+
+def test_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed", reason="needs geohue[distributed]")
+    monkeypatch.setattr(module, "CONNECT_S", 0.3)
+    with pytest.raises(
+        GeohueError, match=r"^tcp://127\.0\.0\.1:9: no dask scheduler to be reached"
+    ):
+        list(run_jobs(abs, [1], scheduler="tcp://127.0.0.1:9"))
+    with pytest.raises(GeohueError, match="unknown address scheme"):
+        list(run_jobs(abs, [1], scheduler="carrier-pigeon://10.0.0.1"))
+    assert list(run_jobs(abs, [], scheduler="tcp://127.0.0.1:9")) == []
+
+
+def test_scheduler_without_workers(in_process: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "PATIENCE_S", 0.3)
+    with pytest.raises(GeohueError, match=r"no worker for 0\.3 s; start some with 'dask worker"):
+        list(run_jobs(abs, [1], scheduler=in_process(0).scheduler_address))
+
+
+def test_workers_that_go_and_do_not_come_back(
+    in_process: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "PATIENCE_S", 0.3)
+    monkeypatch.setattr(module, "_LOOK_S", 0.1)
+    cluster = in_process(1)
+    outcomes = run_jobs(abs, range(50), scheduler=cluster.scheduler_address)
+    assert next(outcomes).error is None
+    cluster.scale(0)
+    with pytest.raises(GeohueError, match="no worker for"):
+        list(outcomes)
+
+
+def test_scheduler_that_goes(in_process: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "CONNECT_S", 0.3)
+    cluster = in_process(1)
+    outcomes = run_jobs(abs, range(500), scheduler=cluster.scheduler_address)
+    assert next(outcomes).error is None
+    cluster.close()
+    with pytest.raises(GeohueError, match="the scheduler has gone or has dropped the jobs"):
+        list(outcomes)
+
+
+def test_other_version_on_a_worker(in_process: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    address = in_process(1).scheduler_address
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "__version__", "99.0")
+        message = rf"has geohue {__version__} and this is 99\.0; install the same version"
+        with pytest.raises(GeohueError, match=message):
+            list(run_jobs(abs, [1], scheduler=address))
+    # One that joins after the look at all workers.
+    monkeypatch.setattr(module, "_call", answer_of_another_version)
+    with pytest.raises(GeohueError, match=r"^a worker that joined later: .* has geohue 0\.0 and"):
+        list(run_jobs(abs, [1], scheduler=address))
+
+
+def test_worker_refuses_jobs_of_another_version() -> None:
+    assert module._call("99.0", b"never read") == (__version__, None, None)
+
+
+def test_job_that_a_worker_cannot_import_is_an_outcome() -> None:
+    _, result, error = module._call(__version__, b"cno_such_module\nf\n.")
+    assert (result, error) == (None, "ModuleNotFoundError: No module named 'no_such_module'")
+
+
+def test_several_threads_a_worker_are_pointed_out(in_process: Any) -> None:
+    address = in_process(1, threads=2).scheduler_address
+    with pytest.warns(GeohueWarning, match="workers with several threads"):
+        assert sorted(o.result or 0 for o in run_jobs(abs, [-1, 2], scheduler=address)) == [1, 2]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert next(run_jobs(abs, [-1], scheduler=in_process(1).scheduler_address)).result == 1
