@@ -16,6 +16,7 @@ _FRAME = "Depth and camera"
 _STEREO = "Stereo"
 _RANGE = "Range sensor and cameras"
 _DATASET = "Data set"
+_LARGE = "Clouds larger than memory (.las .laz .ply .npy)"
 
 Source = Annotated[
     Path | None,
@@ -87,6 +88,32 @@ Cameras = Annotated[
 Frame = Annotated[
     int, typer.Option(min=0, help="Which frame of a data set.", rich_help_panel=_DATASET)
 ]
+Memory = Annotated[
+    str | None,
+    typer.Option(
+        metavar="2GB",
+        help="Read the cloud in pieces, within so much memory for all processes.",
+        rich_help_panel=_LARGE,
+    ),
+]
+Processes = Annotated[
+    int | None,
+    typer.Option(
+        min=1, help="Read in pieces with so many processes [one a core].", rich_help_panel=_LARGE
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="tcp://HOST:PORT",
+        help="Read in pieces on the workers of a dask scheduler.",
+        rich_help_panel=_LARGE,
+    ),
+]
+Resume = Annotated[
+    bool,
+    typer.Option("--resume", help="Go on with a killed run in DIR.", rich_help_panel=_LARGE),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]
 
 
@@ -131,6 +158,14 @@ def load_scene(
         return _range_scene(source, depth, cameras, intrinsics, calib, depth_scale, views)
     _need("--right or --camera", "stereo pairs and rigs", calib=calib)
     return _frame_or_cloud(source, depth, intrinsics, _scale(depth_scale), frame)
+
+
+def check_pieces(method: str, components: bool, **others: Any) -> None:
+    """Raise an error if something is given that a cloud read in pieces cannot have."""
+    _leave_out("--memory", **others)
+    if components or method != "nncsc":
+        wish = "--components" if components else f"--method {method}"
+        raise GeohueError(f"{wish} needs the whole cloud in memory: leave out {wish} or --memory")
 
 
 def _range_scene(

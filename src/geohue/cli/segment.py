@@ -9,6 +9,7 @@ import typer
 
 from geohue.cli import options
 from geohue.cli.console import print_json, read_weight, stage_bar, warn, whole_or_auto
+from geohue.cli.pieces import segment_pieces, too_large
 
 
 def segment(
@@ -56,15 +57,51 @@ def segment(
         typer.Option("-o", "--out", metavar="DIR", help="Where results go [geohue-out]."),
     ] = None,
     as_json: options.AsJson = False,
+    memory: options.Memory = None,
+    processes: options.Processes = None,
+    scheduler: options.Scheduler = None,
+    resume: options.Resume = False,
 ) -> None:
     """Split a scene into its parts.
 
     Give an image and its depth map, a stereo pair (COLOR --right IMAGE), a coloured cloud, or
     --sample motorcycle. Labels, pictures, the labelled cloud and a summary are written to the
-    folder of -o (with --json and without -o, nothing is written).
+    folder of -o (with --json and without -o, nothing is written). A cloud that does not fit in
+    memory, or any with --memory, is read in pieces.
     """
     wanted_k = whole_or_auto(k, "-k")
     wanted_weight = read_weight(weight)
+    asked = resume or any(wish is not None for wish in (memory, processes, scheduler))
+    note = None if asked or components or method != "nncsc" else too_large(source)
+    if asked or note is not None:
+        options.check_pieces(
+            method,
+            components,
+            DEPTH=depth,
+            sample=sample,
+            intrinsics=intrinsics,
+            right=right,
+            disparity=disparity,
+            calib=calib,
+            camera=cameras,
+        )
+        warn([] if note is None else [note])
+        segment_pieces(
+            source,
+            out,
+            wanted_k,
+            wanted_weight,
+            preset,
+            cues,
+            seed,
+            memory,
+            processes,
+            scheduler,
+            resume,
+            formats,
+            as_json,
+        )
+        return
     with stage_bar() as begin:
         begin("loading")
         from geohue.driver import segment as run

@@ -10,14 +10,13 @@ from geohue.errors import GeohueError
 
 MB = 10**6
 
-PARENT = 420 * MB
+PARENT = 380 * MB
 """Peak of the process that fits the cut, with all libraries in it."""
 
-WORKER = 260 * MB
+WORKER = 320 * MB
 """Peak of a process that works on blocks."""
 
-IN_MEMORY = 320
-"""Bytes a point that `geohue.segment` and the readers take together."""
+_IN_MEMORY = 320  # bytes a point, readers and `geohue.segment` together
 
 _UNITS = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9, "t": 10**12}
 _BINARY = {"ki": 2**10, "mi": 2**20, "gi": 2**30, "ti": 2**40}
@@ -75,6 +74,11 @@ def processes_within(memory: int | None, wanted: int) -> int:
         raise GeohueError(f"memory {memory // MB} MB is too little: give at least {PARENT // MB}MB")
     fitting = (memory - PARENT) // WORKER
     return min(wanted, fitting) if fitting >= 2 else 1
+
+
+def needed_in_memory(n_points: int) -> int:
+    """Return the bytes that reading a cloud whole and `geohue.segment` take."""
+    return PARENT + n_points * _IN_MEMORY
 
 
 def available_memory() -> int | None:

@@ -135,10 +135,10 @@ def decide(
     crew: Crew,
 ) -> tuple[Fitted, Decision]:
     """Fit the cut on the sample, or return the one that was."""
-    crew.tell("fit", 0, source.n_points)
     kept = state.fit()
     if kept is not None:
         return kept
+    crew.tell("fit", 0, source.n_points)
     sample = state.sample()
     if moments.count == 0 or not (question.cues == "color" or np.isfinite(sample["xyz"]).any()):
         raise broken(source.path, "has (almost) no point with finite coordinates; export it again")
@@ -157,6 +157,7 @@ def decide(
             clock,
         )
     state.keep_fit(fitted, decision)
+    crew.tell("fit", source.n_points, source.n_points)
     return fitted, decision
 
 

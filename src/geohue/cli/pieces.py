@@ -1,0 +1,121 @@
+"""``geohue segment`` for clouds that do not fit in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import typer
+
+from geohue.cli.console import print_json, warn
+from geohue.errors import GeohueError
+
+if TYPE_CHECKING:
+    from geohue.driver import Weight
+    from geohue.large.stages import Progress
+
+_STAGES = {"measure": "measuring", "fit": "cutting a sample", "label": "labelling"}
+
+
+def too_large(source: Path | None) -> str | None:
+    """Return what to tell the user of a cloud that would not fit in memory, else None."""
+    from geohue.io.chunks import CHUNKED_SUFFIXES, open_chunks
+    from geohue.large.memory import MB, available_memory, needed_in_memory
+
+    if source is None or source.suffix.lower() not in CHUNKED_SUFFIXES or not source.is_file():
+        return None
+    available = available_memory()
+    # Most files are small: those need no second look.
+    if available is None or needed_in_memory(source.stat().st_size) < available:
+        return None
+    try:
+        n_points = open_chunks(source).n_points
+    except GeohueError:
+        return None  # the usual reader says what is wrong, or reads it
+    needed = needed_in_memory(n_points)
+    if needed < available:
+        return None
+    return (
+        f"{source}: {n_points} points would take {needed // MB} MB and {available // MB} MB are "
+        "free: reading it in pieces, as --memory does"
+    )
+
+
+def segment_pieces(
+    source: Path | None,
+    out: Path | None,
+    k: int | Literal["auto"],
+    weight: Weight,
+    preset: str,
+    cues: str,
+    seed: int,
+    memory: str | None,
+    processes: int | None,
+    scheduler: str | None,
+    resume: bool,
+    formats: list[str] | None,
+    as_json: bool,
+) -> None:
+    """Split a cloud in two passes over its file."""
+    if source is None:
+        raise GeohueError("no cloud: --memory, --processes, --scheduler and --resume need one")
+    if as_json and out is None:
+        raise GeohueError("--json with --memory: give the folder of the labels with -o")
+    folder = out or Path("geohue-out")
+    with _bar() as progress:
+        from geohue.large import segment_file
+
+        found = segment_file(
+            source,
+            folder,
+            k,
+            weight,
+            preset,
+            cues,  # type: ignore[arg-type]  # checked by the library, with the choices named
+            seed,
+            memory=memory,
+            processes=processes,
+            scheduler=scheduler,
+            resume=resume,
+            formats=formats or (),
+            progress=progress,
+        )
+    warn(found.warnings)
+    if as_json:
+        print_json(found.summary())
+    else:
+        typer.echo(f"{found.k} segments, weight {found.weight:.3g}, {found.timings['total']:.1f} s")
+    names = ", ".join(sorted(file.name for file in folder.iterdir() if file.is_file()))
+    typer.echo(f"{folder}: {names}", err=as_json)
+
+
+@contextmanager
+def _bar() -> Iterator[Progress]:
+    """Show a progress bar for each pass on standard error."""
+    from rich.console import Console
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
+
+    columns = (
+        TextColumn("{task.description:18}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("of {task.total:,.0f} points"),
+        TimeRemainingColumn(),
+    )
+    bars = Bars(*columns, console=Console(stderr=True))
+    tasks: dict[str, Any] = {}
+
+    def advance(stage: str, done: int, total: int) -> None:
+        bars.start()
+        if stage not in tasks:
+            tasks[stage] = bars.add_task(_STAGES[stage], total=total)
+        bars.update(tasks[stage], completed=done)
+
+    try:
+        yield advance
+    finally:
+        if tasks:
+            bars.stop()
