@@ -1,87 +1,74 @@
-"""The border as a heap on (cost, pixel index) in which costs may rise and fall."""
+"""The border as a heap on (bound, pixel index) in which bounds may fall, and rise at the top."""
 
 from __future__ import annotations
-
-import numpy as np
-from numpy.typing import NDArray
 
 from geohue.compiled import compiled
 from geohue.fill.state import Border
 
 
 @compiled
-def before(cost: NDArray[np.float64], p: int, q: int) -> bool:
-    """Whether p is assigned before q: by cost, then by index."""
-    if cost[p] != cost[q]:
-        return bool(cost[p] < cost[q])
-    return p < q
+def before(one: float, p: int, other: float, q: int) -> bool:
+    """Whether p with a bound comes before q with another: by bound, then by index."""
+    return one < other or (one == other and p < q)
 
 
 @compiled
-def rise(
-    heap: NDArray[np.int32], place: NDArray[np.int32], cost: NDArray[np.float64], at: int
-) -> None:
-    """Move the pixel at a place of the heap up to where it belongs."""
-    pixel = heap[at]
+def put(border: Border, at: int, pixel: int, bound: float) -> None:
+    """Put a pixel in a place of the heap."""
+    border.heap[at] = pixel
+    border.bound[at] = bound
+    border.place[pixel] = at
+
+
+@compiled
+def rise(border: Border, at: int, pixel: int, bound: float) -> None:
+    """Put a pixel where it belongs at or above a place of the heap that is free."""
     while at > 0:
         parent = (at - 1) >> 1
-        other = heap[parent]
-        if not before(cost, pixel, other):
+        if not before(bound, pixel, border.bound[parent], border.heap[parent]):
             break
-        heap[at] = other
-        place[other] = at
+        put(border, at, border.heap[parent], border.bound[parent])
         at = parent
-    heap[at] = pixel
-    place[pixel] = at
+    put(border, at, pixel, bound)
 
 
 @compiled
-def sink(
-    heap: NDArray[np.int32], place: NDArray[np.int32], cost: NDArray[np.float64], size: int, at: int
-) -> None:
-    """Move the pixel at a place of the heap down to where it belongs."""
-    pixel = heap[at]
+def sink(border: Border, pixel: int, bound: float) -> None:
+    """Put a pixel where it belongs below the top of the heap, which is free."""
+    size, at = border.size[0], 0
+    heap, bounds = border.heap, border.bound
     while True:
         child = 2 * at + 1
         if child >= size:
             break
-        if child + 1 < size and before(cost, heap[child + 1], heap[child]):
+        if child + 1 < size and before(
+            bounds[child + 1], heap[child + 1], bounds[child], heap[child]
+        ):
             child += 1
-        other = heap[child]
-        if not before(cost, other, pixel):
+        if not before(bounds[child], heap[child], bound, pixel):
             break
-        heap[at] = other
-        place[other] = at
+        put(border, at, heap[child], bounds[child])
         at = child
-    heap[at] = pixel
-    place[pixel] = at
+    put(border, at, pixel, bound)
 
 
 @compiled
-def pop(border: Border) -> int:
-    """Take the cheapest pixel off the border."""
-    first = border.heap[0]
-    border.place[first] = -1
+def pop(border: Border) -> None:
+    """Take the first pixel off the border."""
+    border.place[border.heap[0]] = -1
     border.size[0] -= 1
-    size = border.size[0]
-    if size > 0:
-        border.heap[0] = border.heap[size]
-        sink(border.heap, border.place, border.cost, size, 0)
-    return int(first)
+    last = border.size[0]
+    if last > 0:
+        sink(border, border.heap[last], border.bound[last])
 
 
 @compiled
-def set_key(border: Border, pixel: int, cost: float) -> None:
-    """Put a pixel at its place for a new cost, whether it is in the heap or not."""
+def lower(border: Border, pixel: int, bound: float) -> None:
+    """Lower the bound of a pixel, if it is not lower already; put it in the heap, if it is not."""
     at = border.place[pixel]
-    old = border.cost[pixel]
-    border.cost[pixel] = cost
     if at < 0:
         at = border.size[0]
         border.size[0] += 1
-        border.heap[at] = pixel
-        old = np.inf
-    if cost <= old:
-        rise(border.heap, border.place, border.cost, at)
-    else:
-        sink(border.heap, border.place, border.cost, border.size[0], at)
+        rise(border, at, pixel, bound)
+    elif bound < border.bound[at]:
+        rise(border, at, pixel, bound)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 OPEN = -1  # unlabelled, to be filled
 WALL = -2  # outside the image, or unlabelled and outside the mask
-STALE = -3  # in place of a choice: the cost is to be computed anew
+BLOCK = 64  # values that a loop over a window takes at once, as vectors
 
 
 class Image(NamedTuple):
@@ -25,26 +25,32 @@ class Image(NamedTuple):
 
 
 class Border(NamedTuple):
-    """The paper's B_S: unlabelled pixels next to labelled ones, a heap on (cost, index)."""
+    """The paper's B_S: unlabelled pixels next to labelled ones, a heap on (bound, index).
+
+    The bound of a pixel is the lowest cost seen since it was last computed anew, hence never
+    above the cost.
+    """
 
     heap: NDArray[np.int32]  # (n_open,) pixels
+    bound: NDArray[np.float64]  # (n_open,) of each pixel in the heap
     place: NDArray[np.int32]  # (n,) where a pixel stands in the heap, -1 = nowhere
-    cost: NDArray[np.float64]  # (n,) lowest cost over its labelled neighbours
-    choice: NDArray[np.int32]  # (n,) the label of that cost
     size: NDArray[np.int64]  # (1,) pixels in the heap
-    stale: NDArray[np.int32]  # pixels whose cost is to be computed anew in the present step
 
 
 class Windows(NamedTuple):
-    """The colours in W^n of every labelled border pixel p_n, sorted per channel, in pool slots."""
+    """The colours in W^n of every labelled border pixel p_n, sorted per channel, in pool slots.
+
+    The values stand at the right end of a row whose length is a multiple of `BLOCK`, with -inf on
+    their left and one +inf on their right: a loop takes the whole row and needs no length.
+    """
 
     slot: NDArray[np.int32]  # (n,) slot of a pixel, -1 = not on the border
-    values: NDArray[np.float32]  # (slots, 3, window^2)
+    values: NDArray[np.float32]  # (slots, 3, row + 1)
     length: NDArray[np.int32]  # (slots,) values in use
     median: NDArray[np.float64]  # (slots, 3)
     free: NDArray[np.int32]  # (slots,) a stack of unused slots
     n_free: NDArray[np.int64]  # (1,)
-    raw: NDArray[np.float32]  # (3, window^2) one window before it is sorted
+    raw: NDArray[np.float32]  # (3, row) one window before it is sorted
 
 
 def padded(
@@ -62,15 +68,12 @@ def padded(
 
 def empty_border(image: Image) -> Border:
     """Make a border without pixels, with room for all that are open."""
-    n = image.labels.size
+    n_open = np.count_nonzero(image.labels == OPEN)
     return Border(
-        heap=np.empty(np.count_nonzero(image.labels == OPEN), dtype=np.int32),
-        place=np.full(n, -1, dtype=np.int32),
-        cost=np.empty(n, dtype=np.float64),
-        choice=np.full(n, OPEN, dtype=np.int32),
+        heap=np.empty(n_open, dtype=np.int32),
+        bound=np.empty(n_open, dtype=np.float64),
+        place=np.full(image.labels.size, -1, dtype=np.int32),
         size=np.zeros(1, dtype=np.int64),
-        # An assignment reaches the windows around it and their neighbours: one pixel further.
-        stale=np.empty((2 * image.reach + 3) ** 2, dtype=np.int32),
     )
 
 
@@ -82,16 +85,16 @@ def empty_windows(image: Image) -> Windows:
         touching[:-step] |= is_open[step:]
         touching[step:] |= is_open[:-step]
     slots = int(1.2 * np.count_nonzero(touching & (image.labels >= 0))) + 64
-    side = 2 * image.reach + 1
+    row = -(-((2 * image.reach + 1) ** 2) // BLOCK) * BLOCK
     return Windows(
         slot=np.full(image.labels.size, -1, dtype=np.int32),
-        values=np.empty((slots, 3, side * side), dtype=np.float32),
+        values=np.empty((slots, 3, row + 1), dtype=np.float32),
         length=np.empty(slots, dtype=np.int32),
         median=np.empty((slots, 3), dtype=np.float64),
         # A stack: the lowest slot on top, so that the pool is touched only as far as needed.
         free=np.arange(slots, dtype=np.int32)[::-1].copy(),
         n_free=np.full(1, slots, dtype=np.int64),
-        raw=np.empty((3, side * side), dtype=np.float32),
+        raw=np.empty((3, row), dtype=np.float32),
     )
 
 

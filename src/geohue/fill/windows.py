@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.compiled import compiled
-from geohue.fill.state import OPEN, Image, Windows
+from geohue.fill.state import BLOCK, OPEN, Image, Windows
 
 
 @compiled
@@ -25,50 +25,51 @@ def touches_open(labels: NDArray[np.int32], stride: int, p: int) -> bool:
 
 
 @compiled
-def sort(
-    raw: NDArray[np.float32], values: NDArray[np.float32], slot: int, channel: int, n: int
-) -> None:
-    """Put every raw value at its rank: quadratic, but one plain loop, which becomes vector code.
+def sort(raw: NDArray[np.float32], values: NDArray[np.float32], n: int) -> None:
+    """Put every one of n raw values at its rank: quadratic, but plain loops, which become vectors.
 
     A window on a border holds some window^2 / 2 values; up to a hundred or so this is several
-    times faster than a sort that branches.
+    times faster than a sort that branches. ``raw`` has +inf after the values.
     """
+    first = raw.size - n
+    for i in range(raw.size):
+        values[i] = -np.inf
+    values[raw.size] = np.inf
     for i in range(n):
-        values[slot, channel, i] = -np.inf
-    for i in range(n):
-        value = raw[channel, i]
+        value = raw[i]
         rank = np.int32(0)
-        for j in range(n):
-            rank += np.int32(raw[channel, j] < value)
-        values[slot, channel, rank] = value
-    largest = values[slot, channel, 0]
-    for i in range(n):  # equal values share a rank: the places after it are still empty
-        largest = max(largest, values[slot, channel, i])
-        values[slot, channel, i] = largest
+        for block in range(0, n, BLOCK):
+            part = raw[block : block + BLOCK]
+            for j in range(BLOCK):
+                rank += np.int32(part[j] < value)
+        values[first + rank] = value
+    largest = np.float32(-np.inf)
+    for i in range(first, raw.size):  # equal values share a rank: the places after it are empty
+        largest = max(largest, values[i])
+        values[i] = largest
 
 
 @compiled
-def insert(values: NDArray[np.float32], slot: int, channel: int, n: int, value: np.float32) -> None:
-    """Insert into n sorted values: each place takes the middle of itself, its left and the new.
+def insert(values: NDArray[np.float32], value: np.float32) -> None:
+    """Insert into the sorted values on the right of a row; those below make room to the left.
 
-    No branch depends on the value, which the processor could not foretell.
+    Each place takes the middle of itself, its right and the new one: no branch depends on the
+    value, which the processor could not foretell.
     """
-    left = np.float32(-np.inf)
-    for i in range(n):
-        here = values[slot, channel, i]
-        values[slot, channel, i] = max(left, min(here, value))
-        left = here
-    values[slot, channel, n] = max(left, value)
+    for block in range(0, values.size - 1, BLOCK):
+        part = values[block : block + BLOCK + 1]
+        for i in range(BLOCK):
+            part[i] = min(part[i + 1], max(part[i], value))
 
 
 @compiled
-def median(values: NDArray[np.float32], slot: int, channel: int, n: int) -> float:
-    """Middle of n sorted values; of an even number, the mean of the two in the middle."""
-    half = n >> 1
-    upper = np.float64(values[slot, channel, half])
+def median(values: NDArray[np.float32], n: int) -> float:
+    """Middle of the n sorted values; of an even number, the mean of the two in the middle."""
+    half = values.size - 1 - n + (n >> 1)
+    upper = np.float64(values[half])
     if n & 1:
         return upper
-    return (np.float64(values[slot, channel, half - 1]) + upper) / 2.0
+    return (np.float64(values[half - 1]) + upper) / 2.0
 
 
 @compiled
@@ -77,18 +78,21 @@ def open_window(image: Image, windows: Windows, p: int) -> None:
     windows.n_free[0] -= 1
     slot = windows.free[windows.n_free[0]]
     windows.slot[p] = slot
+    raw = windows.raw
     n = 0
     for dy in range(-image.reach, image.reach + 1):
         row = p + dy * image.stride
         for q in range(row - image.reach, row + image.reach + 1):
             if image.labels[q] == image.labels[p]:
                 for channel in range(3):
-                    windows.raw[channel, n] = image.lab[q, channel]
+                    raw[channel, n] = image.lab[q, channel]
                 n += 1
     windows.length[slot] = n
     for channel in range(3):
-        sort(windows.raw, windows.values, slot, channel, n)
-        windows.median[slot, channel] = median(windows.values, slot, channel, n)
+        for i in range(n, raw.shape[1]):
+            raw[channel, i] = np.inf
+        sort(raw[channel], windows.values[slot, channel], n)
+        windows.median[slot, channel] = median(windows.values[slot, channel], n)
 
 
 @compiled
@@ -103,12 +107,13 @@ def close_window(windows: Windows, p: int) -> None:
 def add_to_window(image: Image, windows: Windows, slot: int, p: int) -> bool:
     """Insert the colour of p; return whether a median moved."""
     moved = False
-    n = windows.length[slot]
+    n = windows.length[slot] + 1
     for channel in range(3):
-        insert(windows.values, slot, channel, n, image.lab[p, channel])
-        middle = median(windows.values, slot, channel, n + 1)
+        values = windows.values[slot, channel]
+        insert(values, image.lab[p, channel])
+        middle = median(values, n)
         if middle != windows.median[slot, channel]:
             windows.median[slot, channel] = middle
             moved = True
-    windows.length[slot] = n + 1
+    windows.length[slot] = n
     return moved
