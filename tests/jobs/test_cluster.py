@@ -129,7 +129,9 @@ def test_few_jobs_are_under_way(in_process: Any, monkeypatch: pytest.MonkeyPatch
     assert sent == list(range(40))
 
 
-def test_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scheduler_that_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     pytest.importorskip("distributed", reason="needs geohue[distributed]")
     monkeypatch.setattr(module, "CONNECT_S", 0.3)
     with pytest.raises(
@@ -139,6 +141,12 @@ def test_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(GeohueError, match="unknown address scheme"):
         list(run_jobs(abs, [1], scheduler="carrier-pigeon://10.0.0.1"))
     assert list(run_jobs(abs, [], scheduler="tcp://127.0.0.1:9")) == []
+    write_frames(tmp_path / "frames", 1)
+    given = ["batch", str(tmp_path / "frames"), "-o", str(tmp_path / "out"), "--preset", "fast"]
+    assert command([*given, "--scheduler", "tcp://127.0.0.1:9"]) == 2
+    told = capsys.readouterr().err
+    assert "geohue: error: tcp://127.0.0.1:9: no dask scheduler" in told
+    assert command(given) == 0  # what was not begun need not be resumed
 
 
 def test_scheduler_without_workers(in_process: Any, monkeypatch: pytest.MonkeyPatch) -> None:

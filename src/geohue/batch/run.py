@@ -42,7 +42,8 @@ def run_task(task: Task) -> dict[str, Any]:
     start = perf_counter()
     scene = task.item.read()
     seg = task.settings.segment(scene)
-    write_results(task.out / task.item.name, scene, seg, task.settings.formats)
+    folder, chosen = task.out / task.item.name, task.settings
+    write_results(folder, scene, seg, chosen.formats, lean=chosen.lean)
     return {
         "k": seg.k,
         "weight": None if math.isnan(seg.weight) else seg.weight,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from geohue.clusterers import METHODS
+from geohue.clusterers import check_method
 from geohue.driver import K_LIMIT, Weight, segment
 from geohue.errors import GeohueError
 from geohue.features import CUES, Cues
@@ -17,7 +17,7 @@ from geohue.segmentation import Segmentation
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Arguments of `geohue.segment`, and the formats of `geohue.io.results.write_results`.
+    """Arguments of `geohue.segment` and of `geohue.io.results.write_results`.
 
     Raises
     ------
@@ -40,12 +40,13 @@ class Settings:
     components: bool = False
     fill: bool = True
     formats: tuple[str, ...] = ()
+    lean: bool = False
 
     def __post_init__(self) -> None:
         # Seen here, a mistake is one line; seen by `segment`, it would be one a frame.
         preset_named(self.preset)
         _choose("cues", self.cues, CUES)
-        _choose("method", self.method, METHODS)
+        check_method(self.method, self.cues, is_grid=True)
         for name in self.formats:
             _choose("format", name, FORMATS)
         if self.k != "auto" and not 1 <= self.k <= K_LIMIT:

@@ -52,6 +52,9 @@ def batch(
             "--format", help="Write this too: pcd, las, laz, coco or segments. Repeatable."
         ),
     ] = None,
+    lean: Annotated[
+        bool, typer.Option("--lean", help="Write labels and result.json only, no pictures.")
+    ] = False,
     limit: Annotated[
         int | None, typer.Option(help="Only so many frames, spread evenly over all.")
     ] = None,
@@ -89,6 +92,7 @@ def batch(
         components,
         fill,
         tuple(formats or ()),
+        lean,
     )
     items, notes = find_items(
         folder,

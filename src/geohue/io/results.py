@@ -29,7 +29,12 @@ the extra dimension ``segment_id``, ``coco.json``, and ``segments.png``, the lab
 
 
 def write_results(
-    folder: str | Path, scene: Scene, seg: Segmentation, formats: Sequence[str] = ()
+    folder: str | Path,
+    scene: Scene,
+    seg: Segmentation,
+    formats: Sequence[str] = (),
+    *,
+    lean: bool = False,
 ) -> list[Path]:
     """Write labels, pictures, the labelled cloud and the summary.
 
@@ -43,6 +48,8 @@ def write_results(
         The result.
     formats : sequence of str
         More files: any of `FORMATS`.
+    lean : bool
+        Leave out the pictures and ``segmented.ply``.
 
     Returns
     -------
@@ -69,7 +76,20 @@ def write_results(
         files.append(target / "labels.npy")
         with atomic_write(files[-1]) as temporary:
             np.save(temporary, seg.labels)
-    files.append(target / "overlay.png")
+    if not lean:
+        files += _write_views(target, scene, seg)
+    for file, write in extra:
+        write(file)
+        files.append(file)
+    files.append(target / "result.json")
+    with atomic_write(files[-1]) as temporary:
+        temporary.write_text(json.dumps(seg.summary(), indent=2) + "\n", encoding="utf-8")
+    return files
+
+
+def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[Path]:
+    """Write what is there to be looked at."""
+    files = [target / "overlay.png"]
     write_png(files[-1], picture(scene, seg.labels))
     known = np.isfinite(scene.points[..., 2])
     if known.any():
@@ -77,12 +97,6 @@ def write_results(
         write_ply(files[-1], scene.points[known], scene.colors[known], seg.labels[known])
     files.append(target / "weight_curve.png")
     draw_weight_curve(files[-1], seg)
-    for file, write in extra:
-        write(file)
-        files.append(file)
-    files.append(target / "result.json")
-    with atomic_write(files[-1]) as temporary:
-        temporary.write_text(json.dumps(seg.summary(), indent=2) + "\n", encoding="utf-8")
     return files
 
 

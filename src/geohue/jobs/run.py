@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,8 @@ def open_run(
     Raises
     ------
     GeohueError
-        If there is a run and `resume` is not set, or that run had other settings.
+        If there is a run with at least a row and `resume` is not set, or that run had other
+        settings.
 
     Examples
     --------
@@ -49,7 +51,9 @@ def open_run(
     >>> open_run(folder, "t.csv", {"k": 2}, {}, resume=True)
     """
     file = folder / SETTINGS
-    if not file.exists() and not (folder / table).exists():
+    known = file.exists() or (folder / table).exists()
+    # A run that ended before its first row, for want of a scheduler say, may begin again.
+    if not known or (not resume and not _has_rows(folder / table)):
         with atomic_write(file) as temporary:
             content = dict(settings) | dict(notes)
             temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
@@ -63,6 +67,13 @@ def open_run(
                 f"{folder}: the run there has {name} = {before.get(name)}, this one {value}; "
                 "give another folder"
             )
+
+
+def _has_rows(table: Path) -> bool:
+    if not table.exists():
+        return False
+    with table.open("rb") as file:
+        return len(list(islice(file, 2))) == 2
 
 
 def _settings_of(file: Path) -> dict[str, Any]:
