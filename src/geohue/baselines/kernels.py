@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geohue.compiled import kept_on_disk
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
 def compiled(function: _F) -> _F:
     """Compile for the processor, kept on disk; no fast-math, so the sums round as written."""
-    return cast(_F, njit(cache=True, nogil=True)(function))
+    return kept_on_disk(function)
 
 
 def vectorised(function: _F) -> _F:
@@ -22,7 +23,7 @@ def vectorised(function: _F) -> _F:
 
     The order is fixed when it is compiled: it depends on the processor, never on the threads.
     """
-    return cast(_F, njit(cache=True, nogil=True, fastmath={"reassoc", "nsz"})(function))
+    return kept_on_disk(function, fastmath={"reassoc", "nsz"})
 
 
 @compiled

@@ -16,7 +16,9 @@ from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
 from geohue.cli.register import register
 from geohue.cli.segment import segment
+from geohue.cli.warm import warm
 from geohue.errors import GeohueError
+from geohue.first_run import on_compile
 
 app = typer.Typer(
     help="Split scenes into their parts from colour and geometry together.",
@@ -25,7 +27,7 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info):
+for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
     app.command()(command)
 
 
@@ -55,7 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status."""
     try:
-        status = app(args=arguments, standalone_mode=False)
+        with on_compile(_tell_of_compiling):
+            status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
         return _fail(str(error))
     except (KeyboardInterrupt, typer.Abort):
@@ -71,6 +74,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
         text = describe()
         return 0 if not text else _fail(f"{text} Try 'geohue --help'.")
     return status if isinstance(status, int) else 0
+
+
+def _tell_of_compiling() -> None:
+    typer.echo("geohue: compiling its loops, which only a first run does: a moment", err=True)
 
 
 def _fail(message: str, status: int = 2) -> int:

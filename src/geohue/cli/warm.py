@@ -1,0 +1,20 @@
+"""``geohue warm``: compile ahead of the first run."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import typer
+
+
+def warm() -> None:
+    """Compile every loop now, for example when an image of a machine is built.
+
+    They are kept in the folder named by NUMBA_CACHE_DIR, else beside the code, else in the user's
+    cache, and compiled again when the version or the processor changes.
+    """
+    from geohue.first_run import compile_all
+
+    begin = perf_counter()
+    compile_all()
+    typer.echo(f"all loops are compiled ({perf_counter() - begin:.0f} s)")
