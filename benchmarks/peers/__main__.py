@@ -1,0 +1,262 @@
+"""The cut against other libraries' on the same vectors, time and quality side by side.
+
+    python -m benchmarks.peers [--env DIR] [--frames 2] [--runs 3] [--spectral 10000]
+
+The peers run in an environment of their own, which is made in DIR (by default in the user's cache
+folder). All get the 6-D vectors of one frame with lambda = 1, K = 5, 100 landmarks, the Gaussian of
+geohue's preset, and two threads as geohue; what is timed starts at the vectors (geohue: at colour
+and geometry apart) and ends at the labels. Runs are interleaved; medians, and what they rest on.
+
+- ncut-pytorch: `Ncut` and `kway_ncut` as in its quick start, with 100 landmarks, and again with the
+  10,240 that it recommends;
+- nystrom-ncut: `NystromNCut` and `AxisAlign`, its landmarks given (it need not choose them);
+- scikit-learn: `Nystroem` and k-means, whole and in batches; `SpectralClustering` on a thinned
+  grid of as many points as --spectral says (it keeps all affinities in memory);
+- scikit-image: `felzenszwalb` (scale 300, sigma 0.8) on the picture, against the preset `fast` from
+  scene to filled labels, and against the cut alone.
+
+VoI and Rand against the true labels of nyuv2 (in the valid crop) and mosd, where depth is known,
+of the labels as each gives them; these need GEOHUE_DATA (or ../shared/data).
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import fmean, median
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from benchmarks.peers.environment import Answer, Peers, open_peers
+from numpy.typing import NDArray
+
+import geohue
+from geohue.datasets import load_sample
+from geohue.evaluate import evaluate
+from geohue.evaluate.crop import PROTOCOLS, Crop
+from geohue.evaluate.frames import find_frames, load_frame
+from geohue.evaluate.machine import describe_machine
+from geohue.features import Features, extract_features
+from geohue.ncut.cutter import Cutter
+from geohue.parallel import cores, workers
+from geohue.presets import Preset
+
+K, WEIGHT, SEED = 5, 1.0, 0
+SETTINGS = Preset()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """A frame to be split, with what is known of it."""
+
+    source: str
+    scene: geohue.Scene
+    features: Features
+    truth: NDArray[np.int32] | None = None
+    crop: Crop | None = None
+
+    @classmethod
+    def of(
+        cls,
+        source: str,
+        scene: geohue.Scene,
+        truth: NDArray[np.int32] | None = None,
+        crop: Crop | None = None,
+    ) -> Task:
+        """Make a task of a scene."""
+        if truth is not None:
+            truth = np.where(scene.valid, truth, 0)
+        return cls(source, scene, extract_features(scene), truth, crop)
+
+    def thinned(self, count: int) -> Task:
+        """Return the task on a thinner grid of about so many points."""
+        rows = self.scene.thinning(count, np.random.default_rng(SEED))
+        truth = None
+        if self.truth is not None:
+            # The protocol's crop does not fit the thinner grid: what is outside goes unlabelled.
+            kept = np.zeros_like(self.truth)
+            inside = (
+                tuple(slice(*ends) for ends in (self.crop[:2], self.crop[2:])) if self.crop else ...
+            )
+            kept[inside] = self.truth[inside]
+            truth = kept.reshape(-1)[rows]
+        return Task(self.source, self.scene.take(rows), self.features.at(rows), truth)
+
+
+Method = Callable[[Task], Answer]
+
+
+@dataclass(slots=True)
+class Row:
+    """A method, and what came of it: an answer's times and scores for each source."""
+
+    name: str
+    run: Method
+    most_runs: int = 99
+    times: dict[str, list[float]] = field(default_factory=dict)
+    embeddings: dict[str, list[float]] = field(default_factory=dict)
+    scores: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
+
+    def measure(self, task: Task, scored: bool) -> None:
+        """Run once; the labels of the first run are scored."""
+        found = self.run(task)
+        self.times.setdefault(task.source, []).append(found.seconds)
+        self.embeddings.setdefault(task.source, []).append(found.embedding)
+        if scored and task.truth is not None:
+            result = evaluate(found.labels, task.truth, crop=task.crop)
+            self.scores.setdefault(task.source, []).append((result["voi_bits"], result["rand"]))
+
+
+def own_cut(task: Task) -> Answer:
+    """Make the cut with a fixed weight, its landmarks and k-means included."""
+    draft = task.scene.thinning(SETTINGS.draft_points, np.random.default_rng(SEED))
+    with workers() as team:
+        begin = perf_counter()
+        cutter = Cutter(task.features, draft, SETTINGS, team, SEED, K)
+        labels = cutter.labels(WEIGHT, K)
+        seconds = perf_counter() - begin
+    return Answer(labels, seconds, seconds)
+
+
+def own_fast(task: Task) -> Answer:
+    """Run the preset fast: K and weight chosen, small regions removed, pixels filled."""
+    begin = perf_counter()
+    labels = geohue.segment(task.scene, preset="fast").labels
+    seconds = perf_counter() - begin
+    return Answer(labels, seconds, seconds)
+
+
+def vectors_through(peers: Peers, method: str, **settings: float) -> Method:
+    """Return a peer's way from vectors to labels."""
+
+    def run(task: Task) -> Answer:
+        vectors = task.features.mixed(WEIGHT)
+        rows = np.random.default_rng(SEED).choice(len(vectors), SETTINGS.landmarks, replace=False)
+        given = {"k": K, "scale": SETTINGS.scale, "seed": SEED} | settings
+        found = peers.run(method, vectors, np.sort(rows), **given)
+        return Answer(task.features.to_scene(found.labels), found.seconds, found.embedding)
+
+    return run
+
+
+def picture_through(peers: Peers) -> Method:
+    """Return scikit-image's way from the picture to labels."""
+
+    def run(task: Task) -> Answer:
+        smallest = round(SETTINGS.min_region * task.scene.size)
+        none = np.empty(0, np.int64)
+        return peers.run("felzenszwalb", task.scene.colors, none, smallest=smallest)
+
+    return run
+
+
+def tasks(count: int) -> Iterator[Task]:
+    """Yield the frames: the motorcycle, and real ones where they are there."""
+    yield Task.of("motorcycle", load_sample("motorcycle"))
+    data = Path(os.environ.get("GEOHUE_DATA", Path(__file__).parents[3] / "shared" / "data"))
+    for name, crop in (("nyuv2", PROTOCOLS["nyu"]), ("mosd", None)):
+        if not (data / name).is_dir():
+            print(f"no {name} in {data}: times only (set GEOHUE_DATA)", file=sys.stderr)
+            continue
+        for frame in find_frames(data / name, count):
+            scene, truth = load_frame(frame)
+            yield Task.of(name, scene, truth, crop)
+
+
+def groups(peers: Peers) -> list[list[Row]]:
+    """Return the tables' rows; the first of each is geohue's, on which the ratios rest."""
+    peer = vectors_through
+    n = SETTINGS.landmarks
+    return [
+        [
+            Row("geohue, cut", own_cut),
+            Row("ncut-pytorch", peer(peers, "ncut_pytorch", samples=n)),
+            Row("ncut-pytorch, its own 10,240 landmarks", peer(peers, "ncut_pytorch"), 2),
+            Row("nystrom-ncut", peer(peers, "nystrom_ncut"), 2),
+            Row("scikit-learn Nystroem, k-means in batches", peer(peers, "nystroem", minibatch=1)),
+            Row("scikit-learn Nystroem, k-means", peer(peers, "nystroem")),
+        ],
+        [
+            Row("geohue, preset fast", own_fast),
+            Row("geohue, cut", own_cut),
+            Row("scikit-image felzenszwalb", picture_through(peers)),
+        ],
+        [
+            Row("geohue, cut", own_cut),
+            Row("scikit-learn SpectralClustering", peer(peers, "spectral"), 1),
+        ],
+    ]
+
+
+def print_table(rows: list[Row], heading: str) -> None:
+    """Print times, ratios to the first row, and scores."""
+    print(f"### {heading}\n")
+    print("| | frames | ms | least to most | of these to the embedding | ratio | VoI | Rand |")
+    print("| --- | --- | --: | --: | --: | --: | --: | --: |")
+    for source in rows[0].times:
+        base = median(rows[0].times[source])
+        for row in rows:
+            times = row.times[source]
+            scores = row.scores.get(source, [])
+            means = [f"{fmean(values):.3f}" for values in zip(*scores, strict=True)]
+            print(
+                f"| {row.name} | {source} | {1000 * median(times):.0f} "
+                f"| {1000 * min(times):.0f} - {1000 * max(times):.0f} "
+                f"| {1000 * median(row.embeddings[source]):.0f} | {median(times) / base:.1f} "
+                f"| {' | '.join(means or ['', ''])} |"
+            )
+    print(flush=True)
+
+
+def measure(rows: list[Row], work: list[Task], runs: int) -> None:
+    """Run all methods on all frames, turn by turn, after one run each that does not count."""
+    for row in rows:
+        if row.most_runs > 1:
+            row.run(work[0])
+    for turn in range(runs):
+        for task in work:
+            for row in rows:
+                if turn < row.most_runs:
+                    print(f"run {turn + 1}/{runs}: {task.source}, {row.name}", file=sys.stderr)
+                    row.measure(task, scored=turn == 0)
+
+
+def main() -> None:
+    """Print the tables."""
+    given = _arguments()
+    work = list(tasks(given.frames))
+    small = [task.thinned(given.spectral) for task in work[-1:]]
+    with open_peers(given.env, cores()) as peers:
+        vectors, pictures, thinned = groups(peers)
+        machine = describe_machine()
+        print("; ".join(f"{k} {v}" for k, v in {"geohue": geohue.__version__, **machine}.items()))
+        print("peers: " + ", ".join(f"{k} {v}" for k, v in peers.versions.items()) + "\n")
+        plans: list[tuple[list[Row], list[Task], str]] = [
+            (vectors, work, "From vectors to labels"),
+            (pictures, work, "From a picture to labels"),
+            (thinned, small, f"The exact cut, on {len(small[0].features):,} points"),
+        ]
+        for rows, group, heading in plans:
+            measure(rows, group, given.runs)
+            print_table(rows, heading)
+
+
+def _arguments() -> Any:
+    cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--env", type=Path, default=cache / "geohue-peers")
+    parser.add_argument("--frames", type=int, default=2, help="real frames of each source")
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--spectral", type=int, default=10_000, help="points of the exact cut")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()
