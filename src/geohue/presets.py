@@ -12,6 +12,8 @@ from geohue.ncut.landmarks import Choice
 from geohue.ncut.selectors import K_MAX, Selector
 from geohue.weight.search import COARSE, REFINEMENTS
 
+Fit = Literal["all", "draft"]
+
 WeightRule = Literal["quality", "agreement"]
 WEIGHT_RULES: tuple[WeightRule, ...] = get_args(WeightRule)
 
@@ -36,6 +38,9 @@ class Preset:
         Most segments that it may choose.
     draft_points : int
         Points on which K and the weight are chosen.
+    fit : {"all", "draft"}
+        Points whose affinities make the eigenvectors, which are then read off everywhere. The
+        draft is enough for the sums over all points, and saves two of the three passes.
     weight_rule : {"quality", "agreement"}
         What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`.
     weights, refinements : tuple of float
@@ -51,6 +56,7 @@ class Preset:
     selector: Selector = "eigengap"
     k_max: int = K_MAX
     draft_points: int = 20_000
+    fit: Fit = "all"
     weight_rule: WeightRule = "quality"
     weights: tuple[float, ...] = COARSE
     refinements: tuple[float, ...] = REFINEMENTS
@@ -59,7 +65,7 @@ class Preset:
 
 PRESETS: dict[str, Preset] = {
     "paper": Preset(),
-    "fast": Preset(landmarks=64, draft_points=5_000, weight_rule="agreement"),
+    "fast": Preset(landmarks=64, draft_points=5_000, fit="draft", weight_rule="agreement"),
     "best": Preset(landmarks=300, draft_points=40_000, weight_rule="agreement"),
 }
 

@@ -15,7 +15,7 @@ from geohue.ncut.selectors import choose_k
 from geohue.parallel import Workers
 from geohue.presets import Preset
 
-CENTER_SAMPLE = 5_000
+CENTER_SAMPLE = 2_000
 """Rows that k-means and the selectors of K look at."""
 
 
@@ -111,7 +111,8 @@ class Cutter:
 
     def _model(self, features: Features, weight: float, k: int, workers: Workers) -> CutModel:
         draft = self.draft.mixed(weight)
-        vectors = draft if features is self.draft else features.mixed(weight)
+        on_draft = features is self.draft or self._settings.fit == "draft"
+        vectors = draft if on_draft else features.mixed(weight)
         cut = nystrom_cut(vectors, draft[self._landmarks], workers, k, self._settings.scale)
         k = min(k, cut.basis.shape[1])  # coinciding points span fewer directions
         rng = np.random.default_rng((self._seed, 1))

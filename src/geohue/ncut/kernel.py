@@ -57,15 +57,18 @@ class Kernel:
         from geohue.ncut import loops
 
         out = np.empty((len(vectors), len(self)), vectors.dtype)
-        self._run(loops.affinities, vectors, out)
+        self._run(loops.affinities, vectors, (), out)
         return out
 
     def column_sums(self, vectors: Floats) -> Floats:
-        """Return the sum of each landmark's affinities over the points, (n,)."""
+        """Return the sum of each landmark's affinities over the points, (n,).
+
+        Faint points are not raised here, nor in `gram`: either way they add nothing.
+        """
         from geohue.ncut import loops
 
-        out = np.empty(len(self), vectors.dtype)
-        self._run(loops.add_columns, vectors, self._row(), out)
+        out = np.zeros(len(self), vectors.dtype)
+        loops.add_columns(_in_multiples(vectors, 3, axis=1), *self._parts(), self._row(), out)
         return out
 
     def gram(self, vectors: Floats, to_degree: Floats) -> Floats:
@@ -73,7 +76,7 @@ class Kernel:
         from geohue.ncut import loops
 
         c = np.empty((len(vectors), len(self)), vectors.dtype)
-        self._run(loops.normalized, vectors, to_degree, c)
+        loops.normalized(_in_multiples(vectors, 3, axis=1), *self._parts(), to_degree, c)
         return np.asarray(c.T @ c)
 
     def project(self, vectors: Floats, basis: Floats) -> Floats:
@@ -82,7 +85,7 @@ class Kernel:
 
         rows = _in_multiples(basis.T, 4, axis=0)
         out = np.empty((len(vectors), len(rows)), vectors.dtype)
-        self._run(loops.project, vectors, rows, self._row(), out)
+        self._run(loops.project, vectors, (rows, self._row()), out)
         return out[:, : basis.shape[1]]
 
     def nearest(self, vectors: Floats, basis: Floats, centers: Floats) -> NDArray[np.int32]:
@@ -91,36 +94,45 @@ class Kernel:
 
         out = np.empty(len(vectors), np.int32)
         rows = _in_multiples(basis.T, 4, axis=0)
-        entry = np.empty((1, len(rows)), vectors.dtype)
         wanted = _in_multiples(centers.astype(vectors.dtype), 4, axis=1)
         offsets = 0.5 * np.einsum("ij,ij->i", wanted, wanted)
-        self._run(loops.nearest, vectors, rows, wanted, offsets, self._row(), entry, out)
+        entry = np.empty((1, len(rows)), vectors.dtype)
+        self._run(loops.nearest, vectors, (rows, wanted, offsets, self._row(), entry), out)
         return out
+
+    def _parts(self) -> tuple[np.floating[Any], Floats, Floats]:
+        return self.gain, self.z, self.half
 
     def _row(self) -> Floats:
         """Room for the affinities of one point."""
         return np.empty((1, len(self)), self.z.dtype)
 
-    def _run(self, loop: Callable[..., np.floating[Any]], vectors: Floats, *arrays: Any) -> None:
-        """Run a loop, and once more with lifted points if some are faint.
-
-        A loop returns the least sum of a point's affinities, which tells that at no cost.
-        """
+    def _run(
+        self,
+        loop: Callable[..., None],
+        vectors: Floats,
+        arrays: tuple[Floats, ...],
+        out: NDArray[Any],
+    ) -> None:
+        """Run a loop over all points, then once more, raised, over the faint ones."""
         from geohue.ncut.loops import lifts
 
         x = _in_multiples(vectors, 3, axis=1)
-        lift = np.zeros(len(x), x.dtype)
-        mine = (self.gain, self.z, self.half)
-        if loop(x, lift, *mine, *arrays) < len(self) * math.exp(FAINTEST):
-            lifts(x, FAINTEST / math.log(2), *mine, self._row(), lift)
-            loop(x, lift, *mine, *arrays)
+        totals, lift = np.empty(len(x), x.dtype), np.zeros(len(x), x.dtype)
+        loop(x, lift, *self._parts(), *arrays, totals, out)
+        faint = np.flatnonzero(totals < len(self) * math.exp(FAINTEST))
+        if len(faint):
+            x, lift, totals, raised = x[faint], lift[faint], totals[faint], out[faint]
+            lifts(x, FAINTEST / math.log(2), *self._parts(), self._row(), lift)
+            loop(x, lift, *self._parts(), *arrays, totals, raised)
+            out[faint] = raised
 
 
 def _in_multiples(values: Floats, number: int, axis: int) -> Floats:
     """Add zeros, which change no product, up to a multiple of `number` along an axis."""
     missing = -values.shape[axis] % number
     if missing:
-        width = [(0, 0), (0, 0)]
-        width[axis] = (0, missing)
-        values = np.pad(values, width)
+        shape = list(values.shape)
+        shape[axis] = missing
+        values = np.concatenate([values, np.zeros(shape, values.dtype)], axis)
     return np.ascontiguousarray(values)

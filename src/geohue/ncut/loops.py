@@ -66,19 +66,19 @@ def _exp2_float64(y: Any) -> Any:
 
 @vectorized
 def fill_row(
-    x: Floats, i: int, lift: Floats, gain: Scalar, z: Floats, half: Floats, out: Floats, r: int
+    x: Floats, i: int, lift: Scalar, gain: Scalar, z: Floats, half: Floats, out: Floats, r: int
 ) -> Scalar:
     """Write the affinities of point `i` to all landmarks into row `r` and return their sum.
 
-    `z` has a row a dimension, their number a multiple of three: three products at a time stay in
-    registers. `half` is ``-|z|^2 / 2``.
+    Their powers of two are raised by `lift`. `z` has a row a dimension, their number a multiple
+    of three: three products at a time stay in registers. `half` is ``-|z|^2 / 2``.
     """
     d, n = z.shape
     number = x.dtype.type
     offset = number(0)
     for c in range(d):
         offset += (x[i, c] * gain) ** 2
-    offset = lift[i] - number(0.5) * offset
+    offset = lift - number(0.5) * offset
     for j in range(n):
         out[r, j] = half[j] + offset
     for c in range(0, d - 3, 3):
@@ -116,45 +116,37 @@ def lifts(
 
 @vectorized
 def affinities(
-    x: Floats, lift: Floats, gain: Scalar, z: Floats, half: Floats, out: Floats
-) -> Scalar:
-    """Write the affinities of all points, a row each."""
-    least = x.dtype.type(LARGE)
+    x: Floats, lift: Floats, gain: Scalar, z: Floats, half: Floats, totals: Floats, out: Floats
+) -> None:
+    """Write the affinities of all points, a row each, and the sums of the rows."""
     for i in range(len(x)):
-        least = min(least, fill_row(x, i, lift, gain, z, half, out, i))
-    return least
+        totals[i] = fill_row(x, i, lift[i], gain, z, half, out, i)
 
 
 @vectorized
-def add_columns(
-    x: Floats, lift: Floats, gain: Scalar, z: Floats, half: Floats, row: Floats, out: Floats
-) -> Scalar:
-    """Write the sum of each landmark's affinities over the points; `row` is room for one."""
-    least = x.dtype.type(LARGE)
-    out[:] = x.dtype.type(0)
+def add_columns(x: Floats, gain: Scalar, z: Floats, half: Floats, row: Floats, out: Floats) -> None:
+    """Add each landmark's affinities to all points to `out`; `row` is room for one."""
+    flat = x.dtype.type(0)
     for i in range(len(x)):
-        least = min(least, fill_row(x, i, lift, gain, z, half, row, 0))
+        fill_row(x, i, flat, gain, z, half, row, 0)
         for j in range(len(out)):
             out[j] += row[0, j]
-    return least
 
 
 @vectorized
 def normalized(
-    x: Floats, lift: Floats, gain: Scalar, z: Floats, half: Floats, to_degree: Floats, out: Floats
-) -> Scalar:
+    x: Floats, gain: Scalar, z: Floats, half: Floats, to_degree: Floats, out: Floats
+) -> None:
     """Write the affinities over the square root of the point's degree."""
-    one = x.dtype.type(1)
-    least = x.dtype.type(LARGE)
+    flat, one = x.dtype.type(0), x.dtype.type(1)
     for i in range(len(x)):
-        least = min(least, fill_row(x, i, lift, gain, z, half, out, i))
-        degree = x.dtype.type(0)
+        fill_row(x, i, flat, gain, z, half, out, i)
+        degree = flat
         for j in range(out.shape[1]):
             degree += out[i, j] * to_degree[j]
         scale = one / np.sqrt(max(degree, one))
         for j in range(out.shape[1]):
             out[i, j] *= scale
-    return least
 
 
 @vectorized
@@ -166,14 +158,13 @@ def project(
     half: Floats,
     basis: Floats,
     row: Floats,
+    totals: Floats,
     out: Floats,
-) -> Scalar:
+) -> None:
     """Write the affinities of each point times each row of `basis`."""
-    least = x.dtype.type(LARGE)
     for i in range(len(x)):
-        least = min(least, fill_row(x, i, lift, gain, z, half, row, 0))
+        totals[i] = fill_row(x, i, lift[i], gain, z, half, row, 0)
         _times_basis(row, basis, out, i)
-    return least
 
 
 @vectorized
@@ -188,13 +179,13 @@ def nearest(
     offsets: Floats,
     row: Floats,
     entry: Floats,
+    totals: Floats,
     out: NDArray[np.int32],
-) -> Scalar:
+) -> None:
     """Write the centre nearest to each projection at length 1; `offsets` are ``|center|^2 / 2``."""
     number = x.dtype.type
-    least = number(LARGE)
     for i in range(len(x)):
-        least = min(least, fill_row(x, i, lift, gain, z, half, row, 0))
+        totals[i] = fill_row(x, i, lift[i], gain, z, half, row, 0)
         _times_basis(row, basis, entry, 0)
         square = number(0)
         for c in range(len(basis)):
@@ -209,7 +200,6 @@ def nearest(
             if score > best:
                 best, label = score, q
         out[i] = label
-    return least
 
 
 @vectorized
