@@ -61,7 +61,7 @@ def as_bytes(values: NDArray[Any], scale: ColorScale, path: str | Path) -> NDArr
     if _SCALES.index(_scale_of(values)) > _SCALES.index(scale):
         cause = f"has colours up to {values.max():g} among others that look like a {scale} each"
         raise broken(path, f"{cause}; export it with 8-bit colours")
-    with np.errstate(invalid="ignore"):
+    with np.errstate(all="ignore"):
         known = np.nan_to_num(values.astype(np.float32), nan=0.0, posinf=0.0, neginf=0.0)
     if scale == "fraction":
         known *= 255.0

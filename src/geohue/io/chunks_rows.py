@@ -64,7 +64,7 @@ class RowChunks:
         """Read the points from `start` to `stop` (exclusive)."""
         rows = self._rows(start, stop)
         xyz = np.empty((len(rows), 3))
-        with np.errstate(invalid="ignore"):
+        with np.errstate(all="ignore"):
             for i, name in enumerate(self.coordinates):
                 xyz[:, i] = rows[name]
             xyz[~(np.abs(xyz) < TOO_FAR)] = np.nan
