@@ -185,16 +185,24 @@ def _stream(
             future.add_done_callback(ended.put)
         if not running:
             return
-        try:
-            future = ended.get(timeout=_LOOK_S)
-        except Empty:
-            continue
-        _, job = running.pop(future.key)
-        outcome = _outcome(crew, future, job)
-        if outcome is None:
-            lost.append(job)
-        else:
-            yield outcome
+        done = _take(ended)
+        those = [running.pop(future.key)[1] for future in done]
+        for job, outcome in zip(those, _outcomes(crew, done, those), strict=True):
+            if outcome is None:
+                lost.append(job)
+            else:
+                yield outcome
+
+
+def _take(queue: SimpleQueue[Any]) -> list[Any]:
+    """Return all that is in a queue, none if nothing comes for a while."""
+    try:
+        found = [queue.get(timeout=_LOOK_S)]
+        while not queue.empty():
+            found.append(queue.get())
+    except Empty:
+        return []
+    return found
 
 
 def _submit(crew: _Crew, function: Callable[[Job], Result], job: Job) -> Any:
@@ -205,22 +213,39 @@ def _submit(crew: _Crew, function: Callable[[Job], Result], job: Job) -> Any:
         raise crew.gone() from error
 
 
-def _outcome(crew: _Crew, future: Any, job: Job) -> Outcome[Job, Any] | None:
-    """Return what became of a job that has ended; None if it killed its workers."""
+def _outcomes(
+    crew: _Crew, futures: list[Any], jobs: list[Job]
+) -> Iterator[Outcome[Job, Any] | None]:
+    """Return what became of jobs that have ended; None for one that killed its workers."""
+    try:
+        # One message for all: a message each is what would keep a large cluster waiting.
+        answers = crew.client.gather(futures)
+    except Exception:
+        answers = [_answer(crew, future) for future in futures]
+    for job, answer in zip(jobs, answers, strict=True):
+        if answer is None:
+            yield None
+            continue
+        version, result, error = answer
+        crew.check_version(version, "a worker that joined later")
+        yield Outcome(job, result, error)
+
+
+def _answer(crew: _Crew, future: Any) -> tuple[str, Any, str | None] | None:
+    """Return what `_call` has returned; None if it killed its workers."""
     from concurrent.futures import CancelledError
 
     from distributed.scheduler import KilledWorker
 
     try:
-        version, result, error = future.result()
+        answer: tuple[str, Any, str | None] = future.result()
     except KilledWorker:
         return None
     except (CancelledError, OSError) as problem:
         raise crew.gone() from problem
     except Exception as problem:  # such as a result that cannot be sent
-        return Outcome(job, None, error_text(problem))
-    crew.check_version(version, "a worker that joined later")
-    return Outcome(job, result, error)
+        return __version__, None, error_text(problem)
+    return answer
 
 
 def _call(version: str, payload: bytes) -> tuple[str, Any, str | None]:
