@@ -1,0 +1,211 @@
+"""Time and peak memory against the number of points.
+
+    python benchmarks/growth.py --scratch DIR [--largest 100000000] [--format laz]
+
+Clouds of 10^4 to 10^8 points are made in DIR from the real one of GEOHUE_DATA (churo_uav): every
+n-th of its points, or shifted copies of it side by side, each with a jitter of 2 cm so that no two
+points coincide. Each is segmented in a process of its own, in pieces (`--memory 2GB`) and, up to
+10^7, whole; the sizes take turns, and medians are printed. Peak memory is the resident memory of
+the process and all its children together, looked at every 20 ms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.io.chunks import open_chunks
+from geohue.io.extras import optional
+
+_PAGE = os.sysconf("SC_PAGE_SIZE")
+_JITTER = 0.02  # metres, against a spacing of about 1 m
+_PIECE = 1_000_000
+_WHOLE = """
+import sys, numpy as np, geohue
+from geohue.io.scenes import read_scene
+np.save(sys.argv[2], geohue.segment(read_scene(sys.argv[1]), k=6).labels)
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Seconds and bytes of one process."""
+
+    seconds: float
+    peak: int
+
+
+def pieces(n_points: int, source: Path) -> Iterator[tuple[NDArray[np.float64], NDArray[np.uint8]]]:
+    """Yield a cloud of so many points, piece by piece."""
+    chunks = open_chunks(source)
+    xyz, rgb = chunks.read(0, chunks.n_points)
+    chunks.close()
+    if n_points < len(xyz):
+        rows = np.linspace(0, len(xyz) - 1, n_points).astype(np.int64)
+        xyz, rgb = xyz[rows], rgb[rows]
+    size = xyz.max(axis=0) - xyz.min(axis=0)
+    side = int(np.ceil(np.sqrt(n_points / len(xyz))))
+    rng = np.random.default_rng(0)
+    for tile, first in enumerate(range(0, n_points, len(xyz))):
+        count = min(len(xyz), n_points - first)
+        shift = np.array([tile % side, tile // side, 0]) * size
+        for start in range(0, count, _PIECE):
+            part = slice(start, min(start + _PIECE, count))
+            jitter = rng.uniform(-_JITTER, _JITTER, xyz[part].shape)
+            yield xyz[part] + shift + jitter, rgb[part]
+
+
+def make_cloud(file: Path, n_points: int, source: Path) -> None:
+    """Write a cloud, if it is not there yet."""
+    if file.exists():
+        return
+    part = file.with_name("part-" + file.name)
+    if file.suffix == ".npy":
+        rows = np.lib.format.open_memmap(part, "w+", np.float64, (n_points, 6))
+        done = 0
+        for xyz, rgb in pieces(n_points, source):
+            rows[done : done + len(xyz)] = np.hstack([xyz, rgb])
+            done += len(xyz)
+        rows.flush()
+    else:
+        write_las(part, n_points, source)
+    part.replace(file)
+
+
+def write_las(file: Path, n_points: int, source: Path) -> None:
+    """Write LAS or LAZ as surveyors do: millimetres, 16-bit colours."""
+    laspy = optional("laspy", "clouds", file)
+    header = laspy.LasHeader(point_format=2, version="1.2")
+    header.scales, header.offsets = np.full(3, 0.001), np.array([870682.0, 8502674.0, 3352.0])
+    with laspy.open(file, "w", header=header) as writer:
+        for xyz, rgb in pieces(n_points, source):
+            record = laspy.ScaleAwarePointRecord.zeros(len(xyz), header=header)
+            for i, (axis, color) in enumerate(zip("xyz", ("red", "green", "blue"), strict=True)):
+                record[axis] = xyz[:, i]
+                record[color] = rgb[:, i].astype(np.uint16) << 8
+            writer.write_points(record)
+
+
+def measured(command: list[str]) -> Run:
+    """Run a command and watch its memory and that of its children."""
+    begin = time.perf_counter()
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    peak = 0
+    while process.poll() is None:
+        peak = max(peak, resident(process.pid))
+        time.sleep(0.02)
+    seconds = time.perf_counter() - begin
+    if process.returncode != 0:
+        _, text = process.communicate()
+        raise SystemExit(f"{' '.join(command)}: {text.decode()}")
+    return Run(seconds, peak)
+
+
+def resident(pid: int) -> int:
+    """Return the resident bytes of a process and of all that it started."""
+    total, todo = 0, [pid]
+    while todo:
+        one = todo.pop()
+        try:
+            total += int(Path(f"/proc/{one}/statm").read_text().split()[1]) * _PAGE
+            for task in Path(f"/proc/{one}/task").iterdir():
+                todo += map(int, (task / "children").read_text().split())
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+    return total
+
+
+def commands(file: Path, out: Path, memory: str) -> dict[str, list[str]]:
+    """Return how to segment a cloud, by the names of the ways."""
+    piecewise = [sys.executable, "-m", "geohue", "segment", str(file), "-k", "6", "-o", str(out)]
+    return {
+        "in pieces": [*piecewise, "--memory", memory],
+        "whole": [sys.executable, "-c", _WHOLE, str(file), str(out / "labels.npy")],
+    }
+
+
+def line_through(sizes: list[int], seconds: list[float]) -> tuple[float, float]:
+    """Fit t = a + b N with the least relative error."""
+    t = np.array(seconds)
+    columns = np.stack([np.ones(len(t)), np.array(sizes)], axis=1) / t[:, None]
+    (a, b), *_ = np.linalg.lstsq(columns, np.ones(len(t)), rcond=None)
+    return float(a), float(b)
+
+
+def exponent(sizes: list[int], seconds: list[float]) -> float:
+    """Return the slope of log t against log N."""
+    return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
+
+
+def report(way: str, results: dict[int, list[Run]]) -> None:
+    """Print the table of one way, its line and its exponents."""
+    print(f"\n{way}\n\n| points | s | us / point | peak MB | line, s |\n|" + " ---: |" * 5)
+    sizes = sorted(results)
+    seconds = [median(run.seconds for run in results[n]) for n in sizes]
+    a, b = line_through(sizes, seconds)
+    for n, t in zip(sizes, seconds, strict=True):
+        peak = max(run.peak for run in results[n]) / 1e6
+        print(f"| {n:,} | {t:.2f} | {1e6 * t / n:.2f} | {peak:.0f} | {a + b * n:.2f} |")
+    print(f"\nt = {a:.2f} s + {1e6 * b:.3f} us * N")
+    large = [i for i, n in enumerate(sizes) if n >= 1_000_000]
+    print(f"exponent over all: {exponent(sizes, seconds):.2f}", end="")
+    if len(large) > 1:
+        part = exponent([sizes[i] for i in large], [seconds[i] for i in large])
+        print(f"; from 10^6 on: {part:.2f}", end="")
+    net = [t - a for t in seconds]
+    if len(large) > 1 and min(net[i] for i in large) > 0:
+        part = exponent([sizes[i] for i in large], [net[i] for i in large])
+        print(f"; from 10^6 on, less the fixed {a:.1f} s: {part:.2f}", end="")
+    print()
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scratch", type=Path, required=True)
+    parser.add_argument("--smallest", type=int, default=10**4)
+    parser.add_argument("--largest", type=int, default=10**8)
+    parser.add_argument("--largest-whole", type=int, default=10**7)
+    parser.add_argument("--format", choices=("laz", "las", "npy"), default="laz")
+    parser.add_argument("--memory", default="2GB")
+    parser.add_argument("--runs", type=int, default=3)
+    options = parser.parse_args()
+    data = Path(os.environ.get("GEOHUE_DATA", Path(__file__).parents[2] / "shared" / "data"))
+    sizes = [10**e for e in range(3, 10) if options.smallest <= 10**e <= options.largest]
+    options.scratch.mkdir(parents=True, exist_ok=True)
+    files = {n: options.scratch / f"churo-{n}.{options.format}" for n in sizes}
+    for n, file in files.items():
+        make_cloud(file, n, data / "churo_uav" / "churo_full.laz")
+    results: dict[str, dict[int, list[Run]]] = {}
+    for turn in range(options.runs):
+        for n, file in files.items():
+            if turn and n > 10**7:
+                continue  # minutes: once
+            out = options.scratch / "out"
+            for way, command in commands(file, out, options.memory).items():
+                if way == "whole" and n > options.largest_whole:
+                    continue
+                shutil.rmtree(out, ignore_errors=True)
+                out.mkdir()
+                run = measured(command)
+                results.setdefault(way, {}).setdefault(n, []).append(run)
+                print(f"{way} {n}: {run.seconds:.2f} s, {run.peak / 1e6:.0f} MB", file=sys.stderr)
+    print(f"{options.format}, {os.cpu_count()} cores, Python {platform.python_version()}")
+    for way, runs in results.items():
+        report(way, runs)
+
+
+if __name__ == "__main__":
+    main()
