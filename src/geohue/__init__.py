@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.driver import segment
     from geohue.errors import GeohueError, GeohueWarning
+    from geohue.large import segment_file
     from geohue.presets import PRESETS, Preset
     from geohue.scene import Scene
     from geohue.segmentation import Segmentation
@@ -31,6 +32,7 @@ _HOMES = {
     "Scene": "geohue.scene",
     "Segmentation": "geohue.segmentation",
     "segment": "geohue.driver",
+    "segment_file": "geohue.large",
 }
 
 __all__ = [
@@ -43,6 +45,7 @@ __all__ = [
     "Segmentation",
     "__version__",
     "segment",
+    "segment_file",
 ]
 
 
