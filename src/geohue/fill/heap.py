@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from geohue.compiled import compiled
 from geohue.fill.state import Border
 
@@ -9,7 +11,7 @@ from geohue.fill.state import Border
 @compiled
 def before(one: float, p: int, other: float, q: int) -> bool:
     """Whether p with a bound comes before q with another: by bound, then by index."""
-    return one < other or (one == other and p < q)
+    return (one < other) | ((one == other) & (p < q))
 
 
 @compiled
@@ -41,10 +43,9 @@ def sink(border: Border, pixel: int, bound: float) -> None:
         child = 2 * at + 1
         if child >= size:
             break
-        if child + 1 < size and before(
-            bounds[child + 1], heap[child + 1], bounds[child], heap[child]
-        ):
-            child += 1
+        other = min(child + 1, size - 1)
+        # A sum, not a branch: it could not be foretold.
+        child += int(before(bounds[other], heap[other], bounds[child], heap[child]))
         if not before(bounds[child], heap[child], bound, pixel):
             break
         put(border, at, heap[child], bounds[child])
@@ -63,12 +64,18 @@ def pop(border: Border) -> None:
 
 
 @compiled
+def bound_of(border: Border, pixel: int) -> float:
+    """The bound of a pixel, infinite if it is not in the heap."""
+    at = border.place[pixel]
+    bound = border.bound[max(at, 0)]
+    return np.inf if at < 0 else bound
+
+
+@compiled
 def lower(border: Border, pixel: int, bound: float) -> None:
-    """Lower the bound of a pixel, if it is not lower already; put it in the heap, if it is not."""
+    """Lower the bound of a pixel, or put it in the heap if it is not there."""
     at = border.place[pixel]
     if at < 0:
         at = border.size[0]
         border.size[0] += 1
-        rise(border, at, pixel, bound)
-    elif bound < border.bound[at]:
-        rise(border, at, pixel, bound)
+    rise(border, at, pixel, bound)

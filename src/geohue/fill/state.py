@@ -51,6 +51,8 @@ class Windows(NamedTuple):
     free: NDArray[np.int32]  # (slots,) a stack of unused slots
     n_free: NDArray[np.int64]  # (1,)
     raw: NDArray[np.float32]  # (3, row) one window before it is sorted
+    rank: NDArray[np.int32]  # (row,) of its values in one channel
+    near: NDArray[np.int32]  # (row + 1,) pixels of one window
 
 
 def padded(
@@ -68,7 +70,7 @@ def padded(
 
 def empty_border(image: Image) -> Border:
     """Make a border without pixels, with room for all that are open."""
-    n_open = np.count_nonzero(image.labels == OPEN)
+    n_open = max(np.count_nonzero(image.labels == OPEN), 1)
     return Border(
         heap=np.empty(n_open, dtype=np.int32),
         bound=np.empty(n_open, dtype=np.float64),
@@ -94,7 +96,9 @@ def empty_windows(image: Image) -> Windows:
         # A stack: the lowest slot on top, so that the pool is touched only as far as needed.
         free=np.arange(slots, dtype=np.int32)[::-1].copy(),
         n_free=np.full(1, slots, dtype=np.int64),
-        raw=np.empty((3, row), dtype=np.float32),
+        raw=np.zeros((3, row), dtype=np.float32),
+        rank=np.empty(row, dtype=np.int32),
+        near=np.empty(row + 1, dtype=np.int32),
     )
 
 
@@ -114,4 +118,6 @@ def grown(windows: Windows) -> Windows:
         ),
         n_free=np.full(1, slots, dtype=np.int64),
         raw=windows.raw,
+        rank=windows.rank,
+        near=windows.near,
     )

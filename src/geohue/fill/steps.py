@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from geohue.compiled import compiled
-from geohue.fill.heap import lower, pop, sink
+from geohue.fill.heap import bound_of, lower, pop, sink
 from geohue.fill.state import OPEN, Border, Image, Windows
-from geohue.fill.windows import add_to_window, close_window, neighbours, open_window, touches_open
+from geohue.fill.windows import (
+    add_to_window,
+    close_window,
+    neighbours,
+    open_window,
+    same_label,
+    touches_open,
+)
 
 
 @compiled
@@ -39,8 +46,10 @@ def offer(image: Image, border: Border, windows: Windows, q: int) -> None:
     """Tell the open neighbours of q what its label now costs them, if it is less than before."""
     slot = windows.slot[q]
     for p in neighbours(q, image.stride):
-        if image.labels[p] == OPEN:
-            lower(border, p, pair_cost(image, windows, p, slot))
+        cost = pair_cost(image, windows, p, slot)
+        # One branch, seldom taken: whether a pixel is open could not be foretold.
+        if (image.labels[p] == OPEN) & (cost < bound_of(border, p)):
+            lower(border, p, cost)
 
 
 @compiled
@@ -50,14 +59,14 @@ def assign(image: Image, border: Border, windows: Windows, p: int, label: int) -
     for q in neighbours(p, image.stride):
         if windows.slot[q] >= 0 and not touches_open(image.labels, image.stride, q):
             close_window(windows, q)
-    for dy in range(-image.reach, image.reach + 1):
-        row = p + dy * image.stride
-        for q in range(row - image.reach, row + image.reach + 1):
-            slot = windows.slot[q]
-            if slot >= 0 and image.labels[q] == label and add_to_window(image, windows, slot, p):
-                offer(image, border, windows, q)
+    n = same_label(image, windows.near, p, label)
+    for i in range(n):
+        q = windows.near[i]
+        slot = windows.slot[q]
+        if slot >= 0 and add_to_window(image, windows, slot, p):
+            offer(image, border, windows, q)
     if touches_open(image.labels, image.stride, p):
-        open_window(image, windows, p)
+        open_window(image, windows, p, n)
         offer(image, border, windows, p)
 
 
@@ -66,7 +75,8 @@ def start(image: Image, border: Border, windows: Windows) -> None:
     """Step 1: the border as it is before the first assignment."""
     for p in range(image.labels.size):
         if image.labels[p] >= 0 and touches_open(image.labels, image.stride, p):
-            open_window(image, windows, p)
+            n = same_label(image, windows.near, p, image.labels[p])
+            open_window(image, windows, p, n)
             offer(image, border, windows, p)
 
 

@@ -18,45 +18,48 @@ def neighbours(p: int, stride: int) -> tuple[int, int, int, int]:
 @compiled
 def touches_open(labels: NDArray[np.int32], stride: int, p: int) -> bool:
     """Whether a pixel has a neighbour that is still to be filled."""
-    for q in neighbours(p, stride):  # noqa: SIM110 (numba compiles no generator here)
-        if labels[q] == OPEN:
-            return True
-    return False
+    up, left, right, down = neighbours(p, stride)
+    across = (labels[left] == OPEN) | (labels[right] == OPEN)
+    return bool(across | (labels[up] == OPEN) | (labels[down] == OPEN))
 
 
 @compiled
-def sort(raw: NDArray[np.float32], values: NDArray[np.float32], n: int) -> None:
+def sort(
+    raw: NDArray[np.float32], rank: NDArray[np.int32], values: NDArray[np.float32], n: int
+) -> None:
     """Put every one of n raw values at its rank: quadratic, but plain loops, which become vectors.
 
     A window on a border holds some window^2 / 2 values; up to a hundred or so this is several
-    times faster than a sort that branches. ``raw`` has +inf after the values.
+    times faster than a sort that branches. What ``raw`` has after the n values is of no effect.
     """
-    first = raw.size - n
-    for i in range(raw.size):
+    size = raw.size
+    for i in range(size):
         values[i] = -np.inf
-    values[raw.size] = np.inf
+        rank[i] = size - n
+    values[size] = np.inf
+    for block in range(0, n, BLOCK):
+        part, ranks = raw[block : block + BLOCK], rank[block : block + BLOCK]
+        for j in range(n):
+            value = raw[j]
+            for i in range(BLOCK):
+                ranks[i] += np.int32(value < part[i])
     for i in range(n):
-        value = raw[i]
-        rank = np.int32(0)
-        for block in range(0, n, BLOCK):
-            part = raw[block : block + BLOCK]
-            for j in range(BLOCK):
-                rank += np.int32(part[j] < value)
-        values[first + rank] = value
+        values[rank[i]] = raw[i]
     largest = np.float32(-np.inf)
-    for i in range(first, raw.size):  # equal values share a rank: the places after it are empty
+    for i in range(size - n, size):  # equal values share a rank: the places after it are empty
         largest = max(largest, values[i])
         values[i] = largest
 
 
 @compiled
-def insert(values: NDArray[np.float32], value: np.float32) -> None:
-    """Insert into the sorted values on the right of a row; those below make room to the left.
+def insert(values: NDArray[np.float32], n: int, value: np.float32) -> None:
+    """Insert into the n sorted values on the right of a row; those below make room to the left.
 
     Each place takes the middle of itself, its right and the new one: no branch depends on the
     value, which the processor could not foretell.
     """
-    for block in range(0, values.size - 1, BLOCK):
+    size = values.size - 1
+    for block in range((size - n - 1) // BLOCK * BLOCK, size, BLOCK):
         part = values[block : block + BLOCK + 1]
         for i in range(BLOCK):
             part[i] = min(part[i + 1], max(part[i], value))
@@ -65,33 +68,38 @@ def insert(values: NDArray[np.float32], value: np.float32) -> None:
 @compiled
 def median(values: NDArray[np.float32], n: int) -> float:
     """Middle of the n sorted values; of an even number, the mean of the two in the middle."""
-    half = values.size - 1 - n + (n >> 1)
-    upper = np.float64(values[half])
-    if n & 1:
-        return upper
-    return (np.float64(values[half - 1]) + upper) / 2.0
+    first = values.size - 1 - n
+    upper = np.float64(values[first + (n >> 1)])
+    return (np.float64(values[first + ((n - 1) >> 1)]) + upper) / 2.0  # of an odd number: the same
 
 
 @compiled
-def open_window(image: Image, windows: Windows, p: int) -> None:
-    """Give p a slot with the colours of its own segment in the window around it."""
-    windows.n_free[0] -= 1
-    slot = windows.free[windows.n_free[0]]
-    windows.slot[p] = slot
-    raw = windows.raw
+def same_label(image: Image, near: NDArray[np.int32], p: int, label: int) -> int:
+    """List the pixels with a label in the window around p; returns how many there are.
+
+    Each is written, and then kept or written over: no branch that could not be foretold.
+    """
     n = 0
     for dy in range(-image.reach, image.reach + 1):
         row = p + dy * image.stride
         for q in range(row - image.reach, row + image.reach + 1):
-            if image.labels[q] == image.labels[p]:
-                for channel in range(3):
-                    raw[channel, n] = image.lab[q, channel]
-                n += 1
+            near[n] = q
+            n += int(image.labels[q] == label)
+    return n
+
+
+@compiled
+def open_window(image: Image, windows: Windows, p: int, n: int) -> None:
+    """Give p a slot with the colours of its own segment: the first n pixels of ``near``."""
+    windows.n_free[0] -= 1
+    slot = windows.free[windows.n_free[0]]
+    windows.slot[p] = slot
+    for i in range(n):
+        for channel in range(3):
+            windows.raw[channel, i] = image.lab[windows.near[i], channel]
     windows.length[slot] = n
     for channel in range(3):
-        for i in range(n, raw.shape[1]):
-            raw[channel, i] = np.inf
-        sort(raw[channel], windows.values[slot, channel], n)
+        sort(windows.raw[channel], windows.rank, windows.values[slot, channel], n)
         windows.median[slot, channel] = median(windows.values[slot, channel], n)
 
 
@@ -110,10 +118,9 @@ def add_to_window(image: Image, windows: Windows, slot: int, p: int) -> bool:
     n = windows.length[slot] + 1
     for channel in range(3):
         values = windows.values[slot, channel]
-        insert(values, image.lab[p, channel])
+        insert(values, n - 1, image.lab[p, channel])
         middle = median(values, n)
-        if middle != windows.median[slot, channel]:
-            windows.median[slot, channel] = middle
-            moved = True
+        moved |= middle != windows.median[slot, channel]
+        windows.median[slot, channel] = middle
     windows.length[slot] = n
     return moved
