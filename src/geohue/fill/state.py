@@ -70,7 +70,7 @@ def padded(
 
 def empty_border(image: Image) -> Border:
     """Make a border without pixels, with room for all that are open."""
-    n_open = max(np.count_nonzero(image.labels == OPEN), 1)
+    n_open = max(int(np.count_nonzero(image.labels == OPEN)), 1)  # a first place always exists
     return Border(
         heap=np.empty(n_open, dtype=np.int32),
         bound=np.empty(n_open, dtype=np.float64),
