@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import pickle
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -97,8 +98,15 @@ def _connected(scheduler: str) -> Iterator[Any]:
             f"{scheduler}: no dask scheduler to be reached ({reason(error)}); start one with "
             "'dask scheduler' and give its tcp://HOST:PORT"
         ) from error
-    with client:
-        yield client
+    # What dask's client has to tell of a lost connection, tracebacks and all, an error tells.
+    logger = logging.getLogger("distributed.client")
+    before = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        with client:
+            yield client
+    finally:
+        logger.setLevel(before)
 
 
 class _Crew:
