@@ -25,10 +25,10 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import fmean, median
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -93,42 +93,44 @@ Method = Callable[[Task], Answer]
 
 @dataclass(slots=True)
 class Row:
-    """A method, and what came of it: an answer's times and scores for each source."""
+    """A method, and what came of it: answers and scores for each source of frames."""
 
     name: str
     run: Method
     most_runs: int = 99
-    times: dict[str, list[float]] = field(default_factory=dict)
-    embeddings: dict[str, list[float]] = field(default_factory=dict)
+    answers: dict[str, list[Answer]] = field(default_factory=dict)
     scores: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
 
     def measure(self, task: Task, scored: bool) -> None:
         """Run once; the labels of the first run are scored."""
         found = self.run(task)
-        self.times.setdefault(task.source, []).append(found.seconds)
-        self.embeddings.setdefault(task.source, []).append(found.embedding)
+        self.answers.setdefault(task.source, []).append(found)
         if scored and task.truth is not None:
             result = evaluate(found.labels, task.truth, crop=task.crop)
             self.scores.setdefault(task.source, []).append((result["voi_bits"], result["rand"]))
+
+    def milliseconds(self, source: str, part: str = "seconds") -> list[float]:
+        """Return the times of the frames of a source."""
+        return [1000 * getattr(answer, part) for answer in self.answers[source]]
 
 
 def own_cut(task: Task) -> Answer:
     """Make the cut with a fixed weight, its landmarks and k-means included."""
     draft = task.scene.thinning(SETTINGS.draft_points, np.random.default_rng(SEED))
     with workers() as team:
-        begin = perf_counter()
+        begin, busy = perf_counter(), process_time()
         cutter = Cutter(task.features, draft, SETTINGS, team, SEED, K)
         labels = cutter.labels(WEIGHT, K)
-        seconds = perf_counter() - begin
-    return Answer(labels, seconds, seconds)
+        seconds, busy = perf_counter() - begin, process_time() - busy
+    return Answer(labels, seconds, seconds, busy)
 
 
 def own_fast(task: Task) -> Answer:
     """Run the preset fast: K and weight chosen, small regions removed, pixels filled."""
-    begin = perf_counter()
+    begin, busy = perf_counter(), process_time()
     labels = geohue.segment(task.scene, preset="fast").labels
-    seconds = perf_counter() - begin
-    return Answer(labels, seconds, seconds)
+    seconds, busy = perf_counter() - begin, process_time() - busy
+    return Answer(labels, seconds, seconds, busy)
 
 
 def vectors_through(peers: Peers, method: str, **settings: float) -> Method:
@@ -139,7 +141,7 @@ def vectors_through(peers: Peers, method: str, **settings: float) -> Method:
         rows = np.random.default_rng(SEED).choice(len(vectors), SETTINGS.landmarks, replace=False)
         given = {"k": K, "scale": SETTINGS.scale, "seed": SEED} | settings
         found = peers.run(method, vectors, np.sort(rows), **given)
-        return Answer(task.features.to_scene(found.labels), found.seconds, found.embedding)
+        return replace(found, labels=task.features.to_scene(found.labels))
 
     return run
 
@@ -194,21 +196,22 @@ def groups(peers: Peers) -> list[list[Row]]:
 
 
 def print_table(rows: list[Row], heading: str) -> None:
-    """Print times, ratios to the first row, and scores."""
+    """Print times, their ratios to the first row's, and scores."""
     print(f"### {heading}\n")
-    print("| | frames | ms | least to most | of these to the embedding | ratio | VoI | Rand |")
-    print("| --- | --- | --: | --: | --: | --: | --: | --: |")
-    for source in rows[0].times:
-        base = median(rows[0].times[source])
+    print("| | frames | ms | least to most | to embedding | CPU ms | ratio | VoI | Rand |")
+    print("| --- | --- | --: | --: | --: | --: | --: | --: | --: |")
+    for source in rows[0].answers:
+        base = median(rows[0].milliseconds(source))
         for row in rows:
-            times = row.times[source]
-            scores = row.scores.get(source, [])
-            means = [f"{fmean(values):.3f}" for values in zip(*scores, strict=True)]
+            times = row.milliseconds(source)
+            embedding = median(row.milliseconds(source, "embedding"))
+            busy = median(row.milliseconds(source, "processor"))
+            scores = zip(*row.scores.get(source, []), strict=True)
+            means = [f"{fmean(values):.3f}" for values in scores] or ["", ""]
             print(
-                f"| {row.name} | {source} | {1000 * median(times):.0f} "
-                f"| {1000 * min(times):.0f} - {1000 * max(times):.0f} "
-                f"| {1000 * median(row.embeddings[source]):.0f} | {median(times) / base:.1f} "
-                f"| {' | '.join(means or ['', ''])} |"
+                f"| {row.name} | {source} | {median(times):.0f} "
+                f"| {min(times):.0f} - {max(times):.0f} | {embedding:.0f} | {busy:.0f} "
+                f"| {median(times) / base:.1f} | {' | '.join(means)} |"
             )
     print(flush=True)
 

@@ -54,11 +54,14 @@ class Answer:
     labels : (N,) or (H, W) int32
     seconds : float
         In all, and of these `embedding` for the eigenvectors or features alone.
+    processor : float
+        Processor seconds of all threads, which other work on the machine hardly changes.
     """
 
     labels: NDArray[np.int32]
     seconds: float
     embedding: float
+    processor: float
 
 
 class Peers:
@@ -93,7 +96,7 @@ class Peers:
         if "error" in answer:
             raise RuntimeError(f"{method}: {answer['error']}")
         labels = np.load(self._folder / "labels.npy")
-        return Answer(labels, answer["seconds"], answer["embedding"])
+        return Answer(labels, answer["seconds"], answer["embedding"], answer["processor"])
 
     def _read(self) -> dict[str, Any]:
         assert self._process.stdout is not None
