@@ -18,6 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
+from typing import Any
 
 from geohue.batch import Settings, find_items
 from geohue.io.results import write_results
@@ -58,10 +59,11 @@ def frame_costs(frames: int, runs: int) -> dict[str, list[float]]:
 
 def jobs_a_second(count: int, rounds: int = 3) -> dict[str, list[float]]:
     """Return how many jobs a second end, here and on a cluster, in turns."""
-    from distributed import LocalCluster
+    import distributed
 
+    start_cluster: Any = distributed.LocalCluster
     found: dict[str, list[float]] = {"processes": [], "dask": []}
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
+    with start_cluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         ways: dict[str, Callable[[range], object]] = {
             "processes": lambda jobs: list(run_jobs(abs, jobs, 2)),
             "dask": lambda jobs: list(run_jobs(abs, jobs, scheduler=cluster.scheduler_address)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -254,11 +255,9 @@ def test_folder_without_frames(tmp_path: Path) -> None:
         find_items(tmp_path)
 
 
-def test_frames_whose_depth_is_computed_go_to_processes(
-    data_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    given = ["batch", str(data_dir / "middlebury2006_third"), "-o", str(tmp_path), "--limit", "2"]
-    assert run([*given, "--preset", "fast", "--processes", "2", "--lean"]) == 0
-    assert "geohue: warning: no dmin.txt" in capsys.readouterr().err
-    rows = rows_of(tmp_path)
-    assert [int(row["n_labelled"]) == int(row["n_points"]) for row in rows.values()] == [True] * 2
+def test_frames_whose_depth_is_computed_can_be_sent(data_dir: Path) -> None:
+    items, notes = find_items(data_dir / "middlebury2006_third", limit=2)
+    assert notes[0].startswith("no dmin.txt")
+    for item in items:
+        sent = pickle.loads(pickle.dumps(item))
+        assert np.array_equal(sent.read().points, item.read().points, equal_nan=True)

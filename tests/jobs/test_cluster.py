@@ -95,6 +95,27 @@ def test_batch_survives_a_killed_worker_and_a_damaged_frame(cluster: Any, tmp_pa
         assert files[0].read_bytes() == files[1].read_bytes()
 
 
+def test_benchmark_takes_a_scheduler(
+    cluster: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)  # the workers are elsewhere
+    truth = np.ones((HEIGHT, WIDTH), np.uint16)
+    truth[:, WIDTH // 2 :] = 2
+    write_png(write_frames(Path("frames"), 1) / "0000" / "labels.png", truth)
+    given = ["benchmark", "frames", "-k", "2", "--presets", "fast", "--no-plots"]
+    there = ["--scheduler", cluster.scheduler_address]
+    assert command([*given, "-o", "here"]) == 0
+    assert command([*given, "-o", "there", *there]) == 0
+    rows = [untimed(tmp_path / place / "frames.csv") for place in ("here", "there")]
+    assert rows[0] == rows[1]
+    assert float(rows[1][0]["voi_bits"]) == 0
+    assert command([*given, "-o", "third", "--processes", "2", *there]) == 2
+    assert "both say where to work: give one" in capsys.readouterr().err
+
+
 def untimed(path: Path) -> list[dict[str, str]]:
     with path.open(newline="") as file:
         return [{k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(file)]
