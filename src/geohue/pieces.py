@@ -62,6 +62,7 @@ def join_runs(
     number of runs.
     """
     height, width = labels.shape
+    reach = 1 if corners else 0
     n = 0
     for y in range(height):
         for x in range(width):
@@ -76,14 +77,10 @@ def join_runs(
                 parent[n] = n
                 n += 1
             pieces[y, x] = run
-            if y == 0:
-                continue
-            if labels[y - 1, x] == label:
-                join(parent, run, pieces[y - 1, x])
-            if corners and x > 0 and labels[y - 1, x - 1] == label:
-                join(parent, run, pieces[y - 1, x - 1])
-            if corners and x + 1 < width and labels[y - 1, x + 1] == label:
-                join(parent, run, pieces[y - 1, x + 1])
+            if y > 0:
+                for u in range(max(x - reach, 0), min(x + reach + 1, width)):
+                    if labels[y - 1, u] == label:
+                        join(parent, run, pieces[y - 1, u])
     return n
 
 

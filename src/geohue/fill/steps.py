@@ -60,14 +60,13 @@ def assign(image: Image, border: Border, windows: Windows, p: int, label: int) -
         if windows.slot[q] >= 0 and not touches_open(image.labels, image.stride, q):
             close_window(windows, q)
     n = same_label(image, windows.near, p, label)
-    for i in range(n):
-        q = windows.near[i]
-        slot = windows.slot[q]
-        if slot >= 0 and add_to_window(image, windows, slot, p):
-            offer(image, border, windows, q)
     if touches_open(image.labels, image.stride, p):
         open_window(image, windows, p, n)
-        offer(image, border, windows, p)
+    for i in range(n):  # p is one of them
+        q = windows.near[i]
+        slot = windows.slot[q]
+        if slot >= 0 and (q == p or add_to_window(image, windows, slot, p)):
+            offer(image, border, windows, q)
 
 
 @compiled
