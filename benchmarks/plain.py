@@ -142,9 +142,8 @@ def main() -> None:
     print(f"VoI differs by {step.mean():+.4f} ± {error:.4f} bits, {step.mean() / voi.mean():+.2%}.")
     print(f"The same weight in {same:.0%} of the frames.")
     print(f"Pixels alike, weight searched: mean {alike.mean():.6f}, least {alike.min():.6f}.")
-    print(
-        f"Pixels alike, weight 1: mean {alike_at_one.mean():.5f}, least {alike_at_one.min():.5f}."
-    )
+    alike = np.array([p.alike_at_one for p in pairs])
+    print(f"Pixels alike, weight 1: mean {alike.mean():.6f}, least {alike.min():.6f}.")
 
 
 if __name__ == "__main__":
