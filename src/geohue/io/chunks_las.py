@@ -67,7 +67,7 @@ class LasChunks:
         with self._decoding(f"near point {start}"):
             reader = self._open()
             if reader.points_read != start:
-                reader.seek(start)
+                reader.seek(int(start))  # laspy counts up to a NumPy integer, one by one
             points = reader.read_points(stop - start)
         if len(points) < stop - start:
             self.close()
