@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import resource
 import shutil
 import subprocess
 import sys
@@ -41,9 +42,10 @@ np.save(sys.argv[2], geohue.segment(read_scene(sys.argv[1]), k=6).labels)
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Seconds and bytes of one process."""
+    """Seconds, seconds of processor and bytes of one process with its children."""
 
     seconds: float
+    processor: float
     peak: int
 
 
@@ -100,7 +102,7 @@ def write_las(file: Path, n_points: int, source: Path) -> None:
 
 def measured(command: list[str]) -> Run:
     """Run a command and watch its memory and that of its children."""
-    begin = time.perf_counter()
+    begin, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     peak = 0
     while process.poll() is None:
@@ -110,7 +112,9 @@ def measured(command: list[str]) -> Run:
     if process.returncode != 0:
         _, text = process.communicate()
         raise SystemExit(f"{' '.join(command)}: {text.decode()}")
-    return Run(seconds, peak)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Run(seconds, used, peak)
 
 
 def resident(pid: int) -> int:
@@ -151,14 +155,23 @@ def exponent(sizes: list[int], seconds: list[float]) -> float:
 
 def report(way: str, results: dict[int, list[Run]]) -> None:
     """Print the table of one way, its line and its exponents."""
-    print(f"\n{way}\n\n| points | s | us / point | peak MB | line, s |\n|" + " ---: |" * 5)
+    print(f"\n{way}\n\n| points | s | processor s | peak MB |\n|" + " ---: |" * 4)
     sizes = sorted(results)
-    seconds = [median(run.seconds for run in results[n]) for n in sizes]
-    a, b = line_through(sizes, seconds)
-    for n, t in zip(sizes, seconds, strict=True):
+    for n in sizes:
+        seconds = median(run.seconds for run in results[n])
+        processor = median(run.processor for run in results[n])
         peak = max(run.peak for run in results[n]) / 1e6
-        print(f"| {n:,} | {t:.2f} | {1e6 * t / n:.2f} | {peak:.0f} | {a + b * n:.2f} |")
-    print(f"\nt = {a:.2f} s + {1e6 * b:.3f} us * N")
+        print(f"| {n:,} | {seconds:.2f} | {processor:.2f} | {peak:.0f} |")
+    print()
+    growth("time", sizes, [median(run.seconds for run in results[n]) for n in sizes])
+    growth("processor", sizes, [median(run.processor for run in results[n]) for n in sizes])
+
+
+def growth(name: str, sizes: list[int], seconds: list[float]) -> None:
+    """Print the line and the exponents of one measure."""
+    a, b = line_through(sizes, seconds)
+    off = max(abs(a + b * n - t) / t for n, t in zip(sizes, seconds, strict=True))
+    print(f"{name}: {a:.2f} s + {1e6 * b:.3f} us * N, at most {100 * off:.0f} % off")
     large = [i for i, n in enumerate(sizes) if n >= 1_000_000]
     print(f"exponent over all: {exponent(sizes, seconds):.2f}", end="")
     if len(large) > 1:
@@ -201,7 +214,7 @@ def main() -> None:
                 out.mkdir()
                 run = measured(command)
                 results.setdefault(way, {}).setdefault(n, []).append(run)
-                print(f"{way} {n}: {run.seconds:.2f} s, {run.peak / 1e6:.0f} MB", file=sys.stderr)
+                print(f"{way} {n}: {run}", file=sys.stderr)
     print(f"{options.format}, {os.cpu_count()} cores, Python {platform.python_version()}")
     for way, runs in results.items():
         report(way, runs)

@@ -90,7 +90,12 @@ class LasChunks:
         if self._reader is None:
             laspy = optional("laspy", "clouds", self.path)
             # One thread: the processes of a run share the cores.
-            self._reader = laspy.open(self.path, laz_backend=laspy.LazBackend.Lazrs)
+            wanted = laspy.DecompressionSelection
+            self._reader = laspy.open(
+                self.path,
+                laz_backend=laspy.LazBackend.Lazrs,
+                decompression_selection=wanted.XY_RETURNS_CHANNEL | wanted.Z | wanted.RGB,
+            )
         return self._reader
 
     def __getstate__(self) -> dict[str, Any]:

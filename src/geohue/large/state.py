@@ -55,7 +55,7 @@ class State:
         if file.exists():
             if not resume:
                 raise GeohueError(
-                    f"{out}: has an unfinished run; go on with --resume, or give another folder"
+                    f"{out}: has an unfinished run; go on with --resume, or remove {self.folder}"
                 )
             _compare(out, json.loads(read_bytes(file)), settings)
         else:
@@ -131,5 +131,5 @@ def _compare(out: Path, before: dict[str, Any], now: dict[str, Any]) -> None:
         if before.get(name) != value:
             raise GeohueError(
                 f"{out}: the run there has {name} = {before.get(name)}, this one {value}; "
-                "give another folder"
+                f"give another folder, or remove {out / STATE}"
             )
