@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import struct
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from geohue.io.files import broken, reason
 from geohue.io.laz_check import _EXTRA_BYTES, _LAYERED, _LAYERS, _MOST_ITEMS, _laszip_record
@@ -46,7 +45,7 @@ def check_laz_file(path: Path, count: int, lazrs: Any) -> None:
             layers = sum(
                 _LAYERS.get(kind, n if kind == _EXTRA_BYTES else 0) for kind, n, _ in items
             )
-            _check_layers(file.fileno(), start + 8, chunks, width, layers, path)
+            _check_layers(file, start + 8, chunks, width, layers, path)
 
 
 def _record(
@@ -84,12 +83,13 @@ def _check_table(file: Any, start: int, length: int, path: Path) -> int:
 
 
 def _check_layers(
-    handle: int, start: int, chunks: list[tuple[int, int]], width: int, layers: int, path: Path
+    file: BinaryIO, start: int, chunks: list[tuple[int, int]], width: int, layers: int, path: Path
 ) -> None:
     """Hold the sizes of each chunk's layers against the chunk."""
     position = start
     for _, size in chunks:
-        head = os.pread(handle, width + 4 + 4 * layers, position)
+        file.seek(position)
+        head = file.read(width + 4 + 4 * layers)
         if size and len(head) == width + 4 + 4 * layers:
             inner = sum(struct.unpack_from(f"<{layers}I", head, width + 4))
             if len(head) + inner > size:
