@@ -27,6 +27,7 @@ from geohue.io.atomic import atomic_write
 from geohue.jobs.pool import run_jobs
 from geohue.regions import connected_components
 from geohue.scene import Scene
+from geohue.weight.agreement import likeness
 
 UNITS = ("clusters", "components")
 
@@ -80,7 +81,7 @@ def score(scene: Scene, swept: Sweep) -> Scores:
                     for name, value in (criteria(data, labels) or {}).items():
                         found.setdefault(name, np.full(shape, np.nan))[u, i, j] = value
             if k in CRITERIA_KS:
-                for name, values in agreement(maps).items():
+                for name, values in zip(("consensus", "stability"), likeness(maps), strict=True):
                     found.setdefault(name, np.full(shape, np.nan))[u, :, j] = values
     return Scores(
         voi,
@@ -91,39 +92,6 @@ def score(scene: Scene, swept: Sweep) -> Scores:
         swept.eigenvalues,
         swept.chosen,
     )
-
-
-def agreement(maps: list[NDArray[np.int32]]) -> dict[str, NDArray[np.float64]]:
-    """How alike the segmentations of different weights are.
-
-    ``stability``: minus the mean variation of information to the two neighbouring weights.
-    ``consensus``: minus the mean to all weights.
-    """
-    n = len(maps)
-    distance = np.zeros((n, n))
-    for a in range(n):
-        for b in range(a):
-            distance[a, b] = distance[b, a] = _variation(maps[a], maps[b])
-    near = np.array(
-        [distance[a, max(0, a - 1) : a + 2].sum() / (2 if 0 < a < n - 1 else 1) for a in range(n)]
-    )
-    return {"stability": -near, "consensus": -distance.sum(axis=1) / (n - 1)}
-
-
-def _variation(one: NDArray[np.int32], other: NDArray[np.int32]) -> float:
-    """Variation of information in bits of two label maps of the same pixels."""
-    seen = (one >= 0) & (other >= 0)
-    a, b = one[seen], other[seen]
-    width = int(b.max()) + 1
-    joint = np.bincount(a * width + b, minlength=(int(a.max()) + 1) * width)
-    table = joint.reshape(-1, width)
-    entropies = [_entropy(counts) for counts in (joint, table.sum(axis=0), table.sum(axis=1))]
-    return 2 * entropies[0] - entropies[1] - entropies[2]
-
-
-def _entropy(counts: NDArray[np.int64]) -> float:
-    share = counts[counts > 0] / counts.sum()
-    return float(-(share * np.log2(share)).sum())
 
 
 def save(frame: Frame, swept: Path, out: Path, crop: Crop | None) -> str:

@@ -72,17 +72,6 @@ def test_contrast_counts_steps_across_borders(stripes: tuple[Scene, NDArray[np.i
     assert shifted.contrast["lab"] < 1e-6
 
 
-def test_agreement_of_segmentations() -> None:
-    from benchmarks.scores import agreement
-
-    one = np.array([[0, 0, 1, 1]], np.int32)
-    other = np.array([[0, 1, 2, 3]], np.int32)
-    found = agreement([one, one, other])
-    # other splits both halves of one in two: one bit.
-    assert found["stability"].tolist() == pytest.approx([0, -0.5, -1])
-    assert found["consensus"].tolist() == pytest.approx([-0.5, -0.5, -1])
-
-
 def test_rules_are_judged_by_hand() -> None:
     from benchmarks.lambda_study import GRID, fixed, judge
     from benchmarks.scores import Scores

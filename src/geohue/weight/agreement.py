@@ -76,14 +76,8 @@ def weight_by_agreement(
     usable = np.flatnonzero(np.isfinite(steps))
     if len(usable) == 0:
         return 1.0, maps
-    distance = _distances([maps[i] for i in usable])
-    n = len(usable)
-    near = [distance[i, [j for j in (i - 1, i + 1) if 0 <= j < n]] for i in range(n)]
-    total = (
-        _standard(steps[usable])
-        + _standard(-distance.sum(axis=1))
-        + _standard(-np.array([d.mean() if len(d) else 0.0 for d in near]))
-    )
+    consensus, stability = likeness([maps[i] for i in usable])
+    total = _standard(steps[usable]) + _standard(consensus) + _standard(stability)
     offset = np.abs(np.log2(np.array(weights)[usable]))
     best = np.lexsort((offset, -total.round(9)))[0]
     return float(weights[usable[best]]), maps
@@ -137,7 +131,35 @@ def _neighbours(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.repeat(index, near.shape[1]), index[near.ravel()]
 
 
-def _distances(maps: list[Labels]) -> NDArray[np.float64]:
+def likeness(maps: Sequence[Labels]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Tell how like the others each of a row of segmentations is.
+
+    Parameters
+    ----------
+    maps : sequence of int32 arrays
+        Of the same points, -1 = none; those of neighbouring weights side by side.
+
+    Returns
+    -------
+    consensus, stability : (len(maps),) float64
+        Minus the mean variation of information, in bits, to all others and to the one or two
+        beside it.
+
+    Examples
+    --------
+    >>> one, other = np.int32([0, 0, 1, 1]), np.int32([0, 1, 2, 3])  # one bit apart
+    >>> consensus, stability = likeness([one, one, other])
+    >>> consensus.tolist(), stability.tolist()
+    ([-0.5, -0.5, -1.0], [-0.0, -0.5, -1.0])
+    """
+    distance = _distances(maps)
+    n = len(maps)
+    beside = np.abs(np.subtract.outer(np.arange(n), np.arange(n))) == 1
+    near = (distance * beside).sum(axis=1) / np.maximum(beside.sum(axis=1), 1)
+    return -distance.sum(axis=1) / max(n - 1, 1), -near
+
+
+def _distances(maps: Sequence[Labels]) -> NDArray[np.float64]:
     """Variation of information in bits between each two segmentations, over their common points.
 
     0 where there is no common point.
