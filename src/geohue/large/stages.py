@@ -26,6 +26,9 @@ from geohue.presets import Preset
 from geohue.scene import Scene
 from geohue.segmentation import StageClock
 
+WORTH = 10
+"""Stretches that pay for the start of a process: it takes as long as five of them."""
+
 Progress = Callable[[str, int, int], None]
 """Called with the stage (measure, fit or label), and the points done and in all."""
 
@@ -84,7 +87,7 @@ class Crew:
         self.tell(stage, done, n_points)
         rest, failed = jobs, list[Outcome[Job, Result]]()
         for _ in range(2):
-            processes, failed = min(self.processes, max(1, len(rest))), []
+            processes, failed = min(self.processes, max(1, -(-len(rest) // WORTH))), []
             for outcome in run_jobs(function, rest, processes, self.scheduler):
                 if outcome.result is None:
                     failed.append(outcome)
