@@ -204,9 +204,9 @@ def lab_of(colors: NDArray[np.uint8]) -> NDArray[np.float32]:
     if colors.size == 0:
         return np.zeros(colors.shape, np.float32)
     unit = colors.astype(np.float32) / np.float32(255)
-    # OpenCV shares out the rows of an image over its threads.
-    image = unit if unit.ndim == 3 else unit.reshape(1, -1, 3)
-    lab = np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2Lab), np.float32)
+    # One long row: OpenCV would hand the rows to threads, which wait for each other on a busy
+    # machine longer than they save.
+    lab = np.asarray(cv2.cvtColor(unit.reshape(1, -1, 3), cv2.COLOR_RGB2Lab), np.float32)
     return lab.reshape(colors.shape)
 
 
