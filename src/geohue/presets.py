@@ -32,6 +32,8 @@ class Preset:
         Width of the affinity in units of the spread of the data (`affinity`).
     labelling : {"kmeans", "rotation", "qr"}
         From eigenvectors to labels (`find_centers`).
+    restarts : int
+        Random starts of k-means beside its own.
     selector : {"eigengap", "elongated", "rotation"}
         What chooses K (`choose_k`).
     k_max : int
@@ -53,6 +55,7 @@ class Preset:
     landmark_choice: Choice = "random"
     scale: float = SCALE
     labelling: Labelling = "kmeans"
+    restarts: int = 4
     selector: Selector = "eigengap"
     k_max: int = K_MAX
     draft_points: int = 20_000
@@ -65,7 +68,9 @@ class Preset:
 
 PRESETS: dict[str, Preset] = {
     "paper": Preset(),
-    "fast": Preset(landmarks=64, draft_points=5_000, fit="draft", weight_rule="agreement"),
+    "fast": Preset(
+        landmarks=64, draft_points=5_000, fit="draft", restarts=2, weight_rule="agreement"
+    ),
     "best": Preset(landmarks=300, draft_points=40_000, weight_rule="agreement"),
 }
 

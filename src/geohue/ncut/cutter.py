@@ -15,7 +15,7 @@ from geohue.ncut.selectors import choose_k
 from geohue.parallel import Workers
 from geohue.presets import Preset
 
-CENTER_SAMPLE = 2_000
+CENTER_SAMPLE = 5_000
 """Rows that k-means and the selectors of K look at."""
 
 
@@ -117,7 +117,8 @@ class Cutter:
         k = min(k, cut.basis.shape[1])  # coinciding points span fewer directions
         rng = np.random.default_rng((self._seed, 1))
         rows = cut.rows(_sample(draft), k)
-        return CutModel(cut, find_centers(rows, k, self._settings.labelling, rng))
+        settings = self._settings
+        return CutModel(cut, find_centers(rows, k, settings.labelling, rng, settings.restarts))
 
 
 def _sample(vectors: Floats) -> Floats:

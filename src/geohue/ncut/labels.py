@@ -17,7 +17,7 @@ LABELLINGS: tuple[Labelling, ...] = get_args(Labelling)
 
 
 def find_centers(
-    rows: Floats, k: int, labelling: Labelling, rng: np.random.Generator, restarts: int = 2
+    rows: Floats, k: int, labelling: Labelling, rng: np.random.Generator, restarts: int = 4
 ) -> NDArray[np.float64]:
     """Find the direction of each of `k` segments in the space of eigenvectors.
 
