@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from geohue.io.chunks import open_chunks
 from geohue.io.extras import optional
+from geohue.large.sample import SAMPLE
 
 _PAGE = os.sysconf("SC_PAGE_SIZE")
 _JITTER = 0.02  # metres, against a spacing of about 1 m
@@ -168,19 +169,23 @@ def report(way: str, results: dict[int, list[Run]]) -> None:
 
 
 def growth(name: str, sizes: list[int], seconds: list[float]) -> None:
-    """Print the line and the exponents of one measure."""
-    a, b = line_through(sizes, seconds)
-    off = max(abs(a + b * n - t) / t for n, t in zip(sizes, seconds, strict=True))
-    print(f"{name}: {a:.2f} s + {1e6 * b:.3f} us * N, at most {100 * off:.0f} % off")
-    large = [i for i, n in enumerate(sizes) if n >= 1_000_000]
-    print(f"exponent over all: {exponent(sizes, seconds):.2f}", end="")
+    """Print the line and the exponents of one measure.
+
+    The line is drawn where the sample on which all is decided is full; below it, less is done.
+    """
+    print(f"{name}: exponent over all {exponent(sizes, seconds):.2f}", end="")
+    full = [i for i, n in enumerate(sizes) if n >= SAMPLE]
+    large = [i for i in full if sizes[i] >= 10**6]
     if len(large) > 1:
-        part = exponent([sizes[i] for i in large], [seconds[i] for i in large])
-        print(f"; from 10^6 on: {part:.2f}", end="")
-    net = [t - a for t in seconds]
-    if len(large) > 1 and min(net[i] for i in large) > 0:
-        part = exponent([sizes[i] for i in large], [net[i] for i in large])
-        print(f"; from 10^6 on, less the fixed {a:.1f} s: {part:.2f}", end="")
+        n, t = np.array(sizes), np.array(seconds)
+        a, b = line_through(n[full].tolist(), t[full].tolist())
+        off = np.abs(a + b * n[full] - t[full]) / t[full]
+        print(f", from 10^6 on {exponent(n[large].tolist(), t[large].tolist()):.2f}", end="")
+        print(f"; from 10^5 on {a:.2f} s + {1e6 * b:.3f} us * N", end="")
+        print(f", at most {100 * off.max():.0f} % off", end="")
+        if (t[large] > a).all():
+            net = exponent(n[large].tolist(), (t[large] - a).tolist())
+            print(f"; from 10^6 on, less the {a:.1f} s that every run takes: {net:.2f}", end="")
     print()
 
 
