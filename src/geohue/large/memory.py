@@ -16,7 +16,7 @@ PARENT = 380 * MB
 WORKER = 320 * MB
 """Peak of a process that works on blocks."""
 
-_IN_MEMORY = 320  # bytes a point, readers and `geohue.segment` together
+_IN_MEMORY = 180  # bytes a point, readers and `geohue.segment`: 133 seen (benchmarks/growth.py)
 
 _UNITS = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9, "t": 10**12}
 _BINARY = {"ki": 2**10, "mi": 2**20, "gi": 2**30, "ti": 2**40}
