@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from geohue.choice import K_LIMIT, Weight
 from geohue.clusterers import check_method
-from geohue.driver import K_LIMIT, Weight, segment
+from geohue.driver import segment
 from geohue.errors import GeohueError
 from geohue.features import CUES, Cues
 from geohue.io.results import FORMATS

@@ -12,7 +12,7 @@ import typer
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
-    from geohue.driver import Weight
+    from geohue.choice import Weight
 
 STAGES = {
     "features": "reading colour and geometry",

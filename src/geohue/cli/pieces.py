@@ -13,7 +13,7 @@ from geohue.cli.console import print_json, warn
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
-    from geohue.driver import Weight
+    from geohue.choice import Weight
     from geohue.large.stages import Progress
 
 _STAGES = {"measure": "measuring", "fit": "cutting a sample", "label": "labelling"}

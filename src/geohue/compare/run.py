@@ -13,10 +13,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.choice import K_LIMIT
 from geohue.clusterers import METHODS, check_method
 from geohue.compare.cells import Cell, Comparison, Result, plan
 from geohue.compare.crew import run_crew
-from geohue.driver import K_LIMIT, segment
+from geohue.driver import segment
 from geohue.errors import GeohueError
 from geohue.features import CUES, extract_features
 from geohue.ncut.cutter import Cutter

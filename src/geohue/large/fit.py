@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.driver import Weight, check_count, choose_k_and_weight
+from geohue.choice import Choice, Count, Weight, check_count
 from geohue.features import Cues
 from geohue.large.moments import Moments
 from geohue.large.vectors import Standard, raw_values
@@ -81,7 +80,7 @@ def fit(
     scene: Scene,
     xyz: NDArray[np.float64],
     moments: Moments,
-    k: int | Literal["auto"],
+    k: Count,
     weight: Weight,
     settings: Preset,
     cues: Cues,
@@ -123,9 +122,11 @@ def fit(
     check_count(len(features), k)
     draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
     cutter = Cutter(features, draft, settings, team, seed, settings.k_max if k == "auto" else k)
-    n, lam, curve = choose_k_and_weight(
-        cutter, cutter, scene, draft, k, weight, cues, settings, team, clock
-    )
+    choice = Choice(cutter, cutter, scene, draft, settings, team)
+    with clock.stage("k"):
+        n = choice.k(k, weight, cues)
+    with clock.stage("weight"):
+        lam, curve = choice.weight(weight, cues, n)
     with clock.stage("cut"):
         model = cutter.model(lam, n)
     found = model.labels(features.mixed(lam), team)

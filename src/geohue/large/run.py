@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from geohue._version import __version__
-from geohue.driver import Weight, check_arguments, shortfalls
+from geohue.choice import Weight, check_arguments, shortfalls
 from geohue.errors import GeohueError
 from geohue.features import CUES, Cues
 from geohue.io.atomic import atomic_write

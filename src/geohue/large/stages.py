@@ -9,7 +9,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from geohue.driver import Weight
+from geohue.choice import Weight
 from geohue.errors import GeohueError
 from geohue.features import Cues
 from geohue.io.chunks import Chunks
