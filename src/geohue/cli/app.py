@@ -77,7 +77,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _tell_of_compiling() -> None:
-    typer.echo("geohue: compiling its loops, which only a first run does (about ten seconds)", err=True)
+    typer.echo(
+        "geohue: compiling its loops, which only a first run does (about ten seconds)", err=True
+    )
 
 
 def _fail(message: str, status: int = 2) -> int:
