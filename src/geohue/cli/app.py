@@ -78,7 +78,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def _tell_of_compiling() -> None:
     typer.echo(
-        "geohue: compiling its loops, which only a first run does (about ten seconds)", err=True
+        "geohue: compiling its loops, which only a first run does (ten to twenty seconds)", err=True
     )
 
 
