@@ -129,13 +129,14 @@ def _face_view(scene: Scene) -> NDArray[np.int64]:
     # Two points do not span space, and all of U would be 200 MB for 5000.
     _, _, axes = np.linalg.svd(thinned, full_matrices=len(thinned) < 3)
     flat = points @ axes.T
-    scale = (_VIEW_SIZE - 5) / max(float(np.ptp(flat[:, :2], axis=0).max()), 1e-30)
-    dot = max(1, round(0.5 * _VIEW_SIZE / np.sqrt(len(points))))
+    scale = (_VIEW_SIZE - 6) / max(float(np.ptp(flat[:, :2], axis=0).max()), 1e-30)
     place = ((flat[:, :2] - flat[:, :2].min(axis=0)) * scale).astype(np.int64)
+    width, height = (place.max(axis=0) + 5).tolist()
+    # Points of one layer just about touch.
+    dot = int(np.clip(np.ceil(np.sqrt(width * height / len(points))), 1, 4))
     order = np.argsort(flat[:, 2], kind="stable")
-    view = np.full((_VIEW_SIZE, _VIEW_SIZE), -1)
+    view = np.full((height, width), -1)
     for dy in range(dot):
         for dx in range(dot):
-            rows = np.minimum(place[order, 1] + dy, _VIEW_SIZE - 1)
-            view[rows, np.minimum(place[order, 0] + dx, _VIEW_SIZE - 1)] = index[order]
+            view[place[order, 1] + dy, place[order, 0] + dx] = index[order]
     return view
