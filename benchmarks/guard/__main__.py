@@ -4,9 +4,9 @@
 
 BASE and HEAD are revisions of git; without HEAD, the files as they are now. Each measurement is a
 fresh process; the two revisions alternate, so that a busy moment hits both. Exit status 1 if a
-case got slower (or larger) than the tolerance, beyond the noise and when asked again. Neither pytest-benchmark, which
-knows one revision a run, nor asv, which builds an environment for each, measures two source trees
-with the same libraries in alternation.
+case got slower (or larger) than the tolerance, beyond the noise and when asked again. Neither
+pytest-benchmark, which knows one revision a run, nor asv, which builds an environment for each,
+measures two source trees with the same libraries in alternation.
 """
 
 from __future__ import annotations
