@@ -57,3 +57,21 @@ def test_unknown_format(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert run(["segment", str(color), str(depth), "-k", "1", *out]) == 2
     assert "pcd, las, laz, coco, segments" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_lens_distortion_left_out_is_a_line_of_the_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, picture in {
+        "rgb": np.random.default_rng(0).integers(0, 255, (20, 30, 3)).astype(np.uint8),
+        "depth": np.full((20, 30), 1000, np.uint16),
+    }.items():
+        (tmp_path / name).mkdir()
+        cv2.imwrite(str(tmp_path / name / "0.png"), picture)
+    camera = tmp_path / "camera.json"
+    camera.write_text('{"fx": 30, "fy": 30, "cx": 15, "cy": 10, "dist_coeffs": [0.1, 0, 0, 0, 0]}')
+    for command in (["segment", "-k", "2"], ["info"]):
+        name, *more = command
+        assert run([name, str(tmp_path), *more, "--intrinsics", str(camera)]) == 0
+        lines = capsys.readouterr().err.splitlines()
+        assert any(line.startswith("geohue: warning:") and "distortion" in line for line in lines)

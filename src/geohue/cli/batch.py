@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import print_json, read_weight, warn, whole_or_auto
+from geohue.cli.console import print_json, read_camera, read_weight, warn, whole_or_auto
 from geohue.cli.jobs import Scheduler, job_bar
 from geohue.errors import GeohueError
 
@@ -79,7 +79,6 @@ def batch(
         raise GeohueError(f"--processes {processes}: expected at least 1")
     from geohue.batch import Settings, find_items
     from geohue.batch import batch as run
-    from geohue.io.intrinsics import read_intrinsics
     from geohue.parallel import cores
 
     settings = Settings(
@@ -97,7 +96,7 @@ def batch(
     items, notes = find_items(
         folder,
         layout,
-        intrinsics=None if intrinsics is None else read_intrinsics(intrinsics),
+        intrinsics=read_camera(intrinsics),
         depth_scale=depth_scale,
         pictures=cues == "color",
         limit=limit,

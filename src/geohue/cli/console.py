@@ -12,6 +12,7 @@ import typer
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
+    from geohue.camera import Intrinsics
     from geohue.choice import Weight
 
 STAGES = {
@@ -56,6 +57,18 @@ def warn(messages: Iterable[str]) -> None:
     """Print warnings, a line each."""
     for message in messages:
         typer.echo(f"geohue: warning: {' '.join(message.split())}", err=True)
+
+
+def read_camera(file: str | None) -> Intrinsics | None:
+    """Read ``--intrinsics``, and warn of what its file has that is left out."""
+    if file is None:
+        return None
+    from geohue.io.files import with_notes
+    from geohue.io.intrinsics import read_intrinsics
+
+    camera, notes = with_notes(read_intrinsics, file)
+    warn(notes)
+    return camera
 
 
 def print_json(content: Mapping[str, Any]) -> None:

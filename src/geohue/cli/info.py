@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from geohue.cli.console import print_json, warn
+from geohue.cli.console import print_json, read_camera, warn
 
 if TYPE_CHECKING:
     from geohue.scene import Scene
@@ -58,10 +58,7 @@ def _facts(
     if depth is None and not is_colmap(source) and (source.is_dir() or layout is None):
         found = guess_layout(source) if source.exists() else None
     if layout is not None or found is not None or (source.is_dir() and not is_colmap(source)):
-        from geohue.io.intrinsics import read_intrinsics
-
-        camera = None if intrinsics is None else read_intrinsics(intrinsics)
-        data = open_dataset(source, layout, intrinsics=camera, depth_scale=scale)
+        data = open_dataset(source, layout, intrinsics=read_camera(intrinsics), depth_scale=scale)
         scene = data[0].scene()
         facts = data.describe() | {f"frame_{k}": v for k, v in describe(scene).items()}
         return facts, (*data.notes, *scene.warnings)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from geohue.cli.console import read_camera
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -197,10 +198,7 @@ def _frame_or_cloud(
 
     if depth is not None or is_cloud(source) or not source.exists() or not guess_layout(source):
         return read_scene(source, depth, intrinsics, depth_scale)
-    from geohue.io.intrinsics import read_intrinsics
-
-    camera = None if intrinsics is None else read_intrinsics(intrinsics)
-    data = open_dataset(source, intrinsics=camera, depth_scale=depth_scale)
+    data = open_dataset(source, intrinsics=read_camera(intrinsics), depth_scale=depth_scale)
     if frame >= len(data):
         raise GeohueError(f"{source}: has {len(data)} frame(s), counted from 0; --frame is {frame}")
     return data[frame].scene()
