@@ -62,12 +62,11 @@ def test_unknown_format(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
 def test_lens_distortion_left_out_is_a_line_of_the_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name, picture in {
-        "rgb": np.random.default_rng(0).integers(0, 255, (20, 30, 3)).astype(np.uint8),
-        "depth": np.full((20, 30), 1000, np.uint16),
-    }.items():
+    for name in ("rgb", "depth"):
         (tmp_path / name).mkdir()
-        cv2.imwrite(str(tmp_path / name / "0.png"), picture)
+    color = np.random.default_rng(0).integers(0, 255, (20, 30, 3)).astype(np.uint8)
+    cv2.imwrite(str(tmp_path / "rgb" / "0.png"), color)
+    cv2.imwrite(str(tmp_path / "depth" / "0.png"), np.full((20, 30), 1000, np.uint16))
     camera = tmp_path / "camera.json"
     camera.write_text('{"fx": 30, "fy": 30, "cx": 15, "cy": 10, "dist_coeffs": [0.1, 0, 0, 0, 0]}')
     for command in (["segment", "-k", "2"], ["info"]):

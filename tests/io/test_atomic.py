@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from geohue.errors import GeohueError
-from geohue.io import atomic_write, read_cloud
+from geohue.io import atomic_write, check_folder, read_cloud
 
 
 def test_success_replaces_and_makes_folders(tmp_path: Path) -> None:
@@ -62,6 +62,15 @@ def test_folders_that_cannot_be_made(tmp_path: Path) -> None:
         with pytest.raises(GeohueError) as error, atomic_write(target):
             pass
         assert str(error.value).startswith(str(target))
+
+
+def test_a_folder_is_checked_before_the_work(tmp_path: Path) -> None:
+    check_folder(tmp_path / "new" / "deep")
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "file").write_text("here")
+    for blocked in (tmp_path / "file", tmp_path / "file" / "under"):
+        with pytest.raises(GeohueError, match="is a file"):
+            check_folder(blocked)
 
 
 def test_cloud_without_extension_is_known_by_its_start(tmp_path: Path) -> None:

@@ -102,6 +102,11 @@ def segment(
             as_json,
         )
         return
+    folder = Path("geohue-out") if out is None and not as_json else out
+    if folder is not None:
+        from geohue.io.atomic import check_folder
+
+        check_folder(folder)
     with stage_bar() as begin:
         begin("loading")
         from geohue.driver import segment as run
@@ -134,7 +139,6 @@ def segment(
             threads=threads,
             progress=begin,
         )
-        folder = Path("geohue-out") if out is None and not as_json else out
         files = [] if folder is None else write_results(folder, scene, seg, formats or ())
     warn(seg.warnings)
     if as_json:

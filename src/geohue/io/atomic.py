@@ -56,6 +56,28 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def check_folder(folder: str | Path) -> None:
+    """Raise an error, before the work is done, if files could not be written to a folder.
+
+    Parameters
+    ----------
+    folder : path-like
+        Need not exist, nor its parents; nothing is made.
+
+    Raises
+    ------
+    GeohueError
+        If it is a file, lies under one, or may not be written to.
+    """
+    there = Path(folder).absolute()
+    while not there.exists() and there != there.parent:
+        there = there.parent
+    if not there.is_dir():
+        raise broken(folder, f"cannot be made ({there} is a file); choose another folder")
+    if not os.access(there, os.W_OK):
+        raise broken(folder, "cannot be written to; choose a folder with space and permission")
+
+
 def _empty_file_beside(target: Path) -> Path:
     """Make the temporary file, readable by whom a plain new file would be readable."""
     handle, name = tempfile.mkstemp(

@@ -103,7 +103,8 @@ def lifts(
     number = x.dtype.type
     d, n = z.shape
     for i in range(len(x)):
-        row[0, :] = half
+        for j in range(n):
+            row[0, j] = half[j]
         for c in range(d):
             v = x[i, c] * gain
             for j in range(n):
