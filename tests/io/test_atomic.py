@@ -12,6 +12,7 @@ import pytest
 
 from geohue.errors import GeohueError
 from geohue.io import atomic_write, check_folder, read_cloud
+from geohue.io.atomic import check_folder
 
 
 def test_success_replaces_and_makes_folders(tmp_path: Path) -> None:
