@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from geohue.errors import GeohueError
-from geohue.io import atomic_write, check_folder, read_cloud
+from geohue.io import atomic_write, read_cloud
 from geohue.io.atomic import check_folder
 
 
