@@ -266,7 +266,7 @@ class TestMistakes:
     ) -> None:
         (tmp_path / "file").write_text("here")
         blocked = str(tmp_path / "file" / "out")
-        assert "cannot be written" in line_of(["segment", *frame, "-k", "2", "-o", blocked], capsys)
+        assert "cannot be made" in line_of(["segment", *frame, "-k", "2", "-o", blocked], capsys)
 
     def test_no_command_and_version(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["--version"]) == 0

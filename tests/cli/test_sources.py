@@ -69,7 +69,7 @@ def test_lens_distortion_left_out_is_a_line_of_the_command(
     cv2.imwrite(str(tmp_path / "depth" / "0.png"), np.full((20, 30), 1000, np.uint16))
     camera = tmp_path / "camera.json"
     camera.write_text('{"fx": 30, "fy": 30, "cx": 15, "cy": 10, "dist_coeffs": [0.1, 0, 0, 0, 0]}')
-    for command in (["segment", "-k", "2"], ["info"]):
+    for command in (["segment", "-k", "2", "-o", str(tmp_path / "out")], ["info"]):
         name, *more = command
         assert run([name, str(tmp_path), *more, "--intrinsics", str(camera)]) == 0
         lines = capsys.readouterr().err.splitlines()
