@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geohue.choice import Choice, Count, Weight, check_arguments, check_count, shortfalls
 from geohue.clusterers import check_method, make_clusterer
 from geohue.errors import GeohueError
 from geohue.features import Cues, extract_features, lab_of
 from geohue.fill import fill_labels
+from geohue.fill.flood import flood_labels
 from geohue.ncut.cutter import Cutter
 from geohue.parallel import workers
 from geohue.presets import Preset, preset_named
@@ -112,7 +114,7 @@ def segment(
             score = QualityMetric(scene)(labels)
         with clock.stage("fill"):  # Appendix: pixels without depth, on grids
             if fill and scene.is_grid and not (labels >= 0).all():
-                labels = fill_labels(labels, lab_of(scene.colors))
+                labels = _filled(labels, scene, settings)
             labels = label_unseen(labels, scene)  # Sec. VI-A: points that no camera sees
         if components:
             labels = connected_components(labels)
@@ -132,3 +134,9 @@ def segment(
         clock.timings(),
         tuple(notes),
     )
+
+
+def _filled(labels: NDArray[np.int32], scene: Scene, settings: Preset) -> NDArray[np.int32]:
+    if settings.fill == "watershed":
+        return flood_labels(labels, scene.colors)
+    return fill_labels(labels, lab_of(scene.colors))

@@ -13,6 +13,7 @@ from geohue.ncut.selectors import K_MAX, Selector
 from geohue.weight.search import COARSE, REFINEMENTS
 
 Fit = Literal["all", "draft"]
+Fill = Literal["appendix", "watershed"]
 
 WeightRule = Literal["quality", "agreement"]
 WEIGHT_RULES: tuple[WeightRule, ...] = get_args(WeightRule)
@@ -49,6 +50,8 @@ class Preset:
         Weights tried first, and the steps around the best (`search_weight`).
     min_region : float
         Smaller regions of a grid, as a share of its pixels, join what surrounds them.
+    fill : {"appendix", "watershed"}
+        What gives pixels without depth a label: `fill_labels`, or `flood_labels`.
     """
 
     landmarks: int = 100
@@ -64,12 +67,18 @@ class Preset:
     weights: tuple[float, ...] = COARSE
     refinements: tuple[float, ...] = REFINEMENTS
     min_region: float = 0.002
+    fill: Fill = "appendix"
 
 
 PRESETS: dict[str, Preset] = {
     "paper": Preset(),
     "fast": Preset(
-        landmarks=64, draft_points=5_000, fit="draft", restarts=2, weight_rule="agreement"
+        landmarks=64,
+        draft_points=5_000,
+        fit="draft",
+        restarts=2,
+        weight_rule="agreement",
+        fill="watershed",
     ),
     "best": Preset(landmarks=300, draft_points=40_000, weight_rule="agreement"),
 }
