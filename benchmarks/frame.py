@@ -1,6 +1,6 @@
 """Time of each stage and peak memory for one frame.
 
-    python benchmarks/frame.py [--frames 5] [--runs 3]
+    python benchmarks/frame.py [--frames 5] [--runs 3] [--presets paper fast] [-k auto]
 
 The motorcycle sample, and Kinect frames from GEOHUE_DATA (or ../shared/data) where it is there:
 nyuv2 is dense, mosd lacks about 39 % of the depth. Medians; a first run that loads and compiles is
@@ -42,23 +42,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=5)
     parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--presets", nargs="+", default=["paper", "fast"])
+    parser.add_argument("-k", default="auto")
     options = parser.parse_args()
+    k = options.k if options.k == "auto" else int(options.k)
     sources = scenes(options.frames)
-    geohue.segment(load_sample("motorcycle"))
-    times: dict[str, list[dict[str, float]]] = {name: [] for name in sources}
+    for preset in options.presets:
+        geohue.segment(load_sample("motorcycle"), k, preset=preset)
+    times: dict[tuple[str, str], list[dict[str, float]]] = {}
     for _ in range(options.runs):  # interleaved, so that a busy moment hits all alike
         for name, group in sources.items():
-            times[name] += [geohue.segment(scene).timings for scene in group]
+            for preset in options.presets:
+                runs = [geohue.segment(scene, k, preset=preset).timings for scene in group]
+                times.setdefault((name, preset), []).extend(runs)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(
         f"geohue {geohue.__version__}, Python {platform.python_version()}, {os.cpu_count()} cores"
     )
     print(f"peak memory of the process with all scenes loaded: {peak:.0f} MB\n")
-    print("| ms | " + " | ".join(STAGES) + " |")
-    print("| --- |" + " ---: |" * len(STAGES))
-    for name, runs in times.items():
+    print("| ms | preset | " + " | ".join(STAGES) + " |")
+    print("| --- | --- |" + " ---: |" * len(STAGES))
+    for (name, preset), runs in times.items():
         cells = [f"{1000 * median(run[stage] for run in runs):.0f}" for stage in STAGES]
-        print(f"| {name} | " + " | ".join(cells) + " |")
+        print(f"| {name} | {preset} | " + " | ".join(cells) + " |")
 
 
 if __name__ == "__main__":
