@@ -35,6 +35,8 @@ SETTINGS: dict[str, tuple[dict[str, Any], ...]] = {
         {"landmark_choice": name} for name in ("random", "kmeans", "farthest")
     ),
     "scale of the affinity": tuple({"scale": s} for s in (0.2, 0.3, 0.35, 0.4, 0.5, 0.7, 1.0)),
+    "points of the fit": ({"fit": "all"}, {"fit": "draft"}),
+    "restarts of k-means": tuple({"restarts": n} for n in (0, 2, 4, 8)),
     "labelling": tuple({"labelling": name} for name in ("kmeans", "rotation", "qr")),
     "smallest region": tuple({"min_region": m} for m in (0.0, 0.0005, 0.002, 0.005, 0.01)),
 }
