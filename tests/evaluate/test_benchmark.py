@@ -124,6 +124,24 @@ def test_dead_process_costs_its_own_job_only() -> None:
     assert outcomes == dict.fromkeys(jobs) | {signal.SIGKILL: died}
 
 
+def test_a_process_may_die_while_the_caller_is_busy() -> None:
+    die = "import os, time; time.sleep(0.5); os._exit(1)"
+    jobs = ["1", die, "2", "3"]
+    outcomes: dict[str, str | None] = {}
+    for outcome in run_jobs(exec, jobs, processes=2):
+        time.sleep(0 if outcomes else 1)
+        outcomes[outcome.job] = outcome.error
+    assert outcomes == dict.fromkeys(jobs) | {die: "the process died (out of memory?)"}
+
+
+def test_names_with_spaces_read_back_as_they_are(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path / "table.csv", ["frame", "voi"], ["frame"])
+    names = [" a", "a  b", 'c,\t"d"', "\u00fc"]
+    for name in names:
+        ledger.append({"frame": name, "voi": 1.0})
+    assert list(ledger.rows()) == [(name,) for name in names]
+
+
 def test_ledger_keeps_whole_rows_only(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     ledger = Ledger(path, ["frame", "error", "voi"], ["frame"])

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -14,6 +16,9 @@ from geohue.io.atomic import atomic_write
 from geohue.io.files import broken, reason
 
 Row: TypeAlias = dict[str, str]
+
+_BREAKS = re.compile(r"[\r\n]+")
+_APPEND = os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0)  # Windows would change line ends
 
 
 class Ledger:
@@ -66,9 +71,10 @@ class Ledger:
         """Add a row; columns that are not given stay empty."""
         line = _line([_text(values.get(field)) for field in self.fields])
         try:
-            handle = os.open(self.path, os.O_WRONLY | os.O_APPEND)
+            handle = os.open(self.path, _APPEND)
             try:
-                os.write(handle, line)
+                if os.write(handle, line) < len(line):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
                 os.fsync(handle)
             finally:
                 os.close(handle)
@@ -97,7 +103,7 @@ class Ledger:
 def _line(values: Sequence[str]) -> bytes:
     text = io.StringIO()
     # One line a row: a line break inside a value would make a torn row look whole.
-    csv.writer(text, lineterminator="\n").writerow([" ".join(v.split()) for v in values])
+    csv.writer(text, lineterminator="\n").writerow([_BREAKS.sub(" ", v) for v in values])
     return text.getvalue().encode()
 
 

@@ -87,8 +87,12 @@ def _run_pool(
     try:
         while waiting or running:
             while waiting and len(running) < processes:
-                job = waiting.pop()
-                running[pool.submit(function, job)] = job
+                try:
+                    future = pool.submit(function, waiting[-1])
+                except BrokenProcessPool:  # a process died while the caller had the last outcome
+                    lost += running.values()
+                    return waiting[::-1]
+                running[future] = waiting.pop()
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
                 error = future.exception()

@@ -53,7 +53,7 @@ def open_run(
     file = folder / SETTINGS
     known = file.exists() or (folder / table).exists()
     # A run that ended before its first row, for want of a scheduler say, may begin again.
-    if not known or (not resume and not _has_rows(folder / table)):
+    if not known or (not resume and not has_rows(folder / table)):
         with atomic_write(file) as temporary:
             content = dict(settings) | dict(notes)
             temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
@@ -69,7 +69,8 @@ def open_run(
             )
 
 
-def _has_rows(table: Path) -> bool:
+def has_rows(table: Path) -> bool:
+    """Whether a table (`Ledger`) is there and has more than its header."""
     if not table.exists():
         return False
     with table.open("rb") as file:
