@@ -22,8 +22,9 @@ from geohue import GeohueError, Scene
 from geohue.evaluate import adjusted_rand_index
 from geohue.features import CUES, Cues
 from geohue.io.ply import read_ply
-from geohue.large import segment_file, stages
+from geohue.large import passes, segment_file, stages
 from geohue.large.passes import LabelJob, label
+from geohue.large.state import State
 from large.clouds import table, three_blobs
 from large.run_slowly import STRETCH
 
@@ -240,6 +241,50 @@ def test_another_run_is_not_resumed(
 def test_an_unfinished_run_is_not_overwritten(stopped: Path, cloud: Path) -> None:
     with pytest.raises(GeohueError, match="--resume"):
         segment_file(cloud, stopped, 3, weight=1.0, processes=1)
+
+
+def test_a_run_without_a_stretch_may_begin_again(cloud: Path, tmp_path: Path) -> None:
+    State(tmp_path, {"k": 2}, resume=False)
+    assert segment_file(cloud, tmp_path, 3, weight=1.0, processes=1).k == 3
+
+
+def test_a_name_that_is_taken_is_told_of_and_nothing_is_lost(cloud: Path, tmp_path: Path) -> None:
+    (tmp_path / "labels.npy").mkdir()
+    with pytest.raises(GeohueError, match=r"labels.npy: cannot be replaced"):
+        segment_file(cloud, tmp_path, 3, weight=1.0, processes=1)
+    (tmp_path / "labels.npy").rmdir()
+    assert segment_file(cloud, tmp_path, 3, weight=1.0, processes=1, resume=True).k == 3
+
+
+def test_nothing_is_taken_from_a_run_whose_end_was_cut_off(
+    stopped: Path, cloud: Path, tmp_path: Path
+) -> None:
+    (stopped / "state" / "run.json").unlink()
+    other = tmp_path / "other.npy"
+    np.save(other, np.load(cloud)[::-1])
+    segment_file(other, stopped, 3, weight=1.0, processes=1)
+    segment_file(other, tmp_path / "whole", 3, weight=1.0, processes=1)
+    np.testing.assert_array_equal(_labels(stopped), _labels(tmp_path / "whole"))
+
+
+@pytest.mark.parametrize("content", ["{", "3"])
+def test_damaged_settings_are_named(stopped: Path, cloud: Path, content: str) -> None:
+    (stopped / "state" / "run.json").write_text(content)
+    with pytest.raises(GeohueError, match=r"run.json: is damaged .* to begin again"):
+        segment_file(cloud, stopped, 3, weight=1.0, processes=1, resume=True)
+
+
+def test_blocks_without_any_coordinates_have_no_label(
+    cloud: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(passes, "BLOCK", 500)
+    rows = np.load(cloud)
+    rows[500:1000, :3] = np.nan
+    np.save(cloud, rows)
+    result = segment_file(cloud, tmp_path / "out", 3, weight=1.0, processes=1)
+    unknown = np.flatnonzero(_labels(tmp_path / "out") < 0)
+    assert unknown.tolist() == np.flatnonzero(np.isnan(rows[:, :3]).any(axis=1)).tolist()
+    assert sum(result.sizes) == len(rows) - len(unknown)
 
 
 def test_a_finished_run_resumes_to_itself(

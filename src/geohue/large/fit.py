@@ -46,6 +46,8 @@ class Fitted:
     def labels(self, xyz: NDArray[np.float64], rgb: NDArray[np.uint8]) -> NDArray[np.int32]:
         """Label points, (M, 3) coordinates and colours; -1 for those without coordinates."""
         known, values = raw_values(xyz, rgb, self.standard.cues)
+        if not known.any():
+            return np.full(len(xyz), -1, np.int32)
         features = self.standard.features(values, known)
         found = self.model.labels(features.mixed(self.weight), Workers(None))
         return features.to_scene(self.order[found])

@@ -143,7 +143,9 @@ def decide(
         return kept
     crew.tell("fit", 0, source.n_points)
     sample = state.sample()
-    if moments.count == 0 or not (question.cues == "color" or np.isfinite(sample["xyz"]).any()):
+    if moments.count == 0 or not (
+        question.cues == "color" or np.isfinite(sample["xyz"]).all(1).any()
+    ):
         raise broken(source.path, "has (almost) no point with finite coordinates; export it again")
     scene = Scene.from_cloud(sample["xyz"], sample["rgb"])
     with workers() as team:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from dataclasses import asdict
 from pathlib import Path
@@ -13,8 +14,9 @@ from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
 from geohue.io.atomic import atomic_write
-from geohue.io.files import read_bytes
+from geohue.io.files import broken, read_bytes, reason
 from geohue.jobs.ledger import Ledger
+from geohue.jobs.run import has_rows
 from geohue.large.arrays import from_arrays, to_arrays
 from geohue.large.fit import Decision, Fitted
 from geohue.large.moments import Moments
@@ -23,10 +25,14 @@ from geohue.large.sample import SAMPLE_ROW
 STATE = "state"
 """The folder inside that of the results; it goes when the run ends."""
 
+_SETTINGS = "run.json"
+_MEASURED, _LABELLED, _SAMPLE, _FIT = "measured.csv", "labelled.csv", "sample.bin", "fit.npz"
+_FILES = (_MEASURED, _LABELLED, _SAMPLE, _FIT)
+
 
 def has_state(out: Path) -> bool:
     """Whether a folder has an unfinished run."""
-    return (out / STATE / "run.json").exists()
+    return (out / STATE / _SETTINGS).exists()
 
 
 class State:
@@ -50,19 +56,23 @@ class State:
 
     def __init__(self, out: Path, settings: dict[str, Any], resume: bool) -> None:
         self.folder = out / STATE
-        file = self.folder / "run.json"
+        file = self.folder / _SETTINGS
         settings = json.loads(json.dumps(settings))
-        if file.exists():
+        # A run that ended before its first stretch, for want of a scheduler say, may begin again.
+        if file.exists() and (resume or has_rows(self.folder / _MEASURED)):
             if not resume:
                 raise GeohueError(
                     f"{out}: has an unfinished run; go on with --resume, or remove {self.folder}"
                 )
-            _compare(out, json.loads(read_bytes(file)), settings)
+            _compare(out, _settings_of(file), settings)
         else:
+            if self.folder.is_dir():
+                for name in _FILES:  # perhaps of a run whose end was cut off
+                    (self.folder / name).unlink(missing_ok=True)
             with atomic_write(file) as temporary:
                 temporary.write_text(json.dumps(settings, indent=2) + "\n", encoding="utf-8")
-        self._measured = Ledger(self.folder / "measured.csv", ("start", "moments"), ("start",))
-        self._labelled = Ledger(self.folder / "labelled.csv", ("start", "counts"), ("start",))
+        self._measured = Ledger(self.folder / _MEASURED, ("start", "moments"), ("start",))
+        self._labelled = Ledger(self.folder / _LABELLED, ("start", "counts"), ("start",))
 
     def measured(self) -> dict[int, Moments]:
         """Return the moments of the stretches that were measured, by their first points."""
@@ -76,23 +86,25 @@ class State:
         self, start: int, moments: Moments, slot: int, sample: NDArray[np.void], size: int
     ) -> None:
         """Keep what was measured of a stretch: its part of the sample first, then its row."""
-        file = self.folder / "sample.bin"
+        file = self.folder / _SAMPLE
         if not file.exists():
             with atomic_write(file) as temporary, temporary.open("r+b") as empty:
                 empty.truncate(size * SAMPLE_ROW.itemsize)
         with file.open("r+b") as handle:
             handle.seek(slot * SAMPLE_ROW.itemsize)
             handle.write(sample.tobytes())
+            handle.flush()
+            os.fsync(handle.fileno())
         numbers = " ".join(repr(float(number)) for number in moments.numbers())
         self._measured.append({"start": start, "moments": numbers})
 
     def sample(self) -> NDArray[np.void]:
         """Return the whole sample, (m,) `SAMPLE_ROW`."""
-        return np.fromfile(self.folder / "sample.bin", SAMPLE_ROW)
+        return np.fromfile(self.folder / _SAMPLE, SAMPLE_ROW)
 
     def fit(self) -> tuple[Fitted, Decision] | None:
         """Return what was fitted, if it was."""
-        file = self.folder / "fit.npz"
+        file = self.folder / _FIT
         if not file.exists():
             return None
         with np.load(file) as arrays:
@@ -104,7 +116,7 @@ class State:
     def keep_fit(self, fitted: Fitted, decision: Decision) -> None:
         """Keep what was fitted."""
         text = np.array(json.dumps(asdict(decision)))
-        with atomic_write(self.folder / "fit.npz") as temporary:
+        with atomic_write(self.folder / _FIT) as temporary:
             np.savez(temporary, decision=text, **to_arrays(fitted))  # type: ignore[arg-type]
 
     def labelled(self) -> dict[int, list[int]]:
@@ -122,8 +134,19 @@ class State:
         self._labelled = Ledger(self._labelled.path, ("start", "counts"), ("start",))
 
     def end(self) -> None:
-        """Remove the state of a finished run."""
+        """Remove the state of a finished run, first what says that there is one."""
+        (self.folder / _SETTINGS).unlink()
         shutil.rmtree(self.folder)
+
+
+def _settings_of(file: Path) -> dict[str, Any]:
+    try:
+        return dict(json.loads(read_bytes(file)))
+    except (TypeError, ValueError) as error:
+        if isinstance(error, GeohueError):
+            raise
+        cause = f"is damaged ({reason(error)}); remove {file.parent} to begin again"
+        raise broken(file, cause) from error
 
 
 def _compare(out: Path, before: dict[str, Any], now: dict[str, Any]) -> None:

@@ -79,10 +79,22 @@ def prepare(target: Target, head: bytes, n_points: int) -> None:
 
 
 def publish(targets: Iterable[Path]) -> None:
-    """Give the files their names: they are whole."""
+    """Give the files their names: they are whole.
+
+    Raises
+    ------
+    GeohueError
+        If something that has such a name cannot be replaced.
+    """
     for file in targets:
-        if part_of(file).exists():
-            part_of(file).replace(file)
+        part = part_of(file)
+        if not part.exists():
+            continue
+        try:
+            part.replace(file)
+        except OSError as error:
+            cause = f"cannot be replaced ({reason(error)}); close or remove it and resume"
+            raise broken(file, cause) from error
 
 
 def _npy_header(n_points: int) -> bytes:
