@@ -7,6 +7,7 @@ import os
 import signal
 import warnings
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import numpy as np
@@ -187,6 +188,26 @@ def test_workers_that_go_and_do_not_come_back(
     cluster.scale(0)
     with pytest.raises(GeohueError, match="no worker for"):
         list(outcomes)
+
+
+def test_results_that_go_with_their_worker(
+    in_process: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "PATIENCE_S", 0.3)
+    monkeypatch.setattr(module, "_LOOK_S", 0.1)
+    cluster, take = in_process(1), module._take
+
+    def take_and_lose(queue: Any) -> list[Any]:
+        found = take(queue)
+        if found:  # the jobs have ended, and nobody has their results yet
+            cluster.scale(0)
+            while cluster.scheduler.workers:
+                sleep(0.01)
+        return found
+
+    monkeypatch.setattr(module, "_take", take_and_lose)
+    with pytest.raises(GeohueError, match="no worker for"):
+        list(run_jobs(abs, range(3), scheduler=cluster.scheduler_address))
 
 
 def test_scheduler_that_goes(in_process: Any, monkeypatch: pytest.MonkeyPatch) -> None:

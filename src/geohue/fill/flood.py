@@ -64,7 +64,7 @@ def flood_labels(labels: NDArray[np.integer[Any]], rgb: NDArray[np.uint8]) -> ND
     inner = np.where(known >= 0, known, markers[1:-1, 1:-1] - 1)
     found = np.pad(inner, 1, constant_values=-1).astype(np.int32)
     lines = np.flatnonzero((found < 0) & (np.pad(known, 1, constant_values=0) < 0))
-    found.reshape(-1)[lines] = _like_a_neighbour(lines, found, framed)
+    found.reshape(-1)[lines] = _like_a_neighbour(lines, found, np.asarray(framed, np.uint8))
     return _nearest(found[1:-1, 1:-1])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import pickle
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from pkgutil import resolve_name
@@ -90,6 +90,7 @@ def run_on_cluster(
 def _connected(scheduler: str) -> Iterator[Any]:
     distributed = optional("distributed", "distributed", f"scheduler {scheduler}")
     try:
+        _check_address(scheduler)
         client = distributed.Client(
             scheduler, timeout=CONNECT_S, set_as_default=False, name="geohue"
         )
@@ -107,6 +108,23 @@ def _connected(scheduler: str) -> Iterator[Any]:
             yield client
     finally:
         logger.setLevel(before)
+
+
+def _check_address(address: str) -> None:
+    """Raise an error for an address that none can have.
+
+    A client that is given one waits for ten seconds at the exit, and leaves a traceback.
+    """
+    from distributed import Security
+    from distributed.comm import get_address_host_port, parse_address
+    from distributed.comm.registry import get_backend
+
+    scheme, _ = parse_address(address)
+    get_backend(scheme)
+    if scheme in ("tcp", "tls"):
+        get_address_host_port(address)
+    if scheme == "tls" and Security().get_connection_args("client")["ssl_context"] is None:
+        raise ValueError("no certificates for TLS in dask's configuration")
 
 
 class _Crew:
@@ -227,7 +245,9 @@ def _outcomes(
     """Return what became of jobs that have ended; None for one that killed its workers."""
     try:
         # One message for all: a message each is what would keep a large cluster waiting.
-        answers = crew.client.gather(futures)
+        answers = _patiently(crew, lambda: crew.client.gather(futures, asynchronous=True))
+    except GeohueError:
+        raise
     except Exception:
         answers = [_answer(crew, future) for future in futures]
     for job, answer in zip(jobs, answers, strict=True):
@@ -239,6 +259,20 @@ def _outcomes(
         yield Outcome(job, result, error)
 
 
+def _patiently(crew: _Crew, call: Callable[[], Awaitable[Any]]) -> Any:
+    """Wait for dask's answer for as long as there are workers.
+
+    A result that has gone with its worker is computed again, which without workers takes for ever.
+    """
+    timeout = _LOOK_S
+    while True:
+        try:
+            return crew.client.sync(call, callback_timeout=timeout)
+        except TimeoutError:
+            crew.look()
+            timeout *= 2  # a large result may take its time
+
+
 def _answer(crew: _Crew, future: Any) -> tuple[str, Any, str | None] | None:
     """Return what `_call` has returned; None if it killed its workers."""
     from concurrent.futures import CancelledError
@@ -246,7 +280,8 @@ def _answer(crew: _Crew, future: Any) -> tuple[str, Any, str | None] | None:
     from distributed.scheduler import KilledWorker
 
     try:
-        answer: tuple[str, Any, str | None] = future.result()
+        answer: tuple[str, Any, str | None]
+        (answer,) = _patiently(crew, lambda: crew.client.gather([future], asynchronous=True))
     except KilledWorker:
         return None
     except (CancelledError, OSError) as problem:
