@@ -61,6 +61,7 @@ def test_the_command_line_says_so_in_one_line(
 def test_warming_up_leaves_nothing_to_compile() -> None:
     code = """
 import gc, numba, numpy as np, geohue
+from geohue.baselines import BASELINES
 from geohue.datasets import load_sample
 from geohue.first_run import compile_all
 
@@ -76,6 +77,9 @@ for preset in geohue.PRESETS:
     geohue.segment(scene.take(np.arange(scene.size).reshape(scene.shape)[::4, ::4]), preset=preset)
     geohue.segment(geohue.Scene.from_cloud(scene.points[::9, ::9].reshape(-1, 3),
                                            scene.colors[::9, ::9].reshape(-1, 3)), preset=preset)
+for method, baseline in BASELINES.items():
+    geohue.segment(scene.take(np.arange(scene.size).reshape(scene.shape)[::9, ::9]), k=3,
+                   method=method, cues=baseline.cues[0])
 print(len(warm) > 10, sorted(signatures() - warm))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
