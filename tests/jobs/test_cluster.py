@@ -151,6 +151,25 @@ def test_few_jobs_are_under_way(in_process: Any, monkeypatch: pytest.MonkeyPatch
     assert sent == list(range(40))
 
 
+@pytest.mark.parametrize(
+    ("address", "says"),
+    [
+        ("carrier-pigeon://10.0.0.1", "unknown address scheme"),
+        ("10.0.0.1", "missing port"),
+        ("tcp://10.0.0.1:port", "invalid literal"),
+        ("tls://10.0.0.1:9", "no certificates"),
+    ],
+)
+def test_address_that_no_scheduler_has(
+    address: str, says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distributed = pytest.importorskip("distributed", reason="needs geohue[distributed]")
+    # A client with such an address would leave a traceback at the exit.
+    monkeypatch.setattr(distributed, "Client", lambda *_, **__: pytest.fail("a client was made"))
+    with pytest.raises(GeohueError, match=f"no dask scheduler to be reached .*{says}"):
+        list(run_jobs(abs, [1], scheduler=address))
+
+
 def test_scheduler_that_is_not_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -160,8 +179,6 @@ def test_scheduler_that_is_not_there(
         GeohueError, match=r"^tcp://127\.0\.0\.1:9: no dask scheduler to be reached"
     ):
         list(run_jobs(abs, [1], scheduler="tcp://127.0.0.1:9"))
-    with pytest.raises(GeohueError, match="unknown address scheme"):
-        list(run_jobs(abs, [1], scheduler="carrier-pigeon://10.0.0.1"))
     assert list(run_jobs(abs, [], scheduler="tcp://127.0.0.1:9")) == []
     write_frames(tmp_path / "frames", 1)
     given = ["batch", str(tmp_path / "frames"), "-o", str(tmp_path / "out"), "--preset", "fast"]

@@ -90,7 +90,7 @@ def run_on_cluster(
 def _connected(scheduler: str) -> Iterator[Any]:
     distributed = optional("distributed", "distributed", f"scheduler {scheduler}")
     try:
-        _check_address(scheduler)
+        _check_address(distributed, scheduler)
         client = distributed.Client(
             scheduler, timeout=CONNECT_S, set_as_default=False, name="geohue"
         )
@@ -110,21 +110,19 @@ def _connected(scheduler: str) -> Iterator[Any]:
         logger.setLevel(before)
 
 
-def _check_address(address: str) -> None:
-    """Raise an error for an address that none can have.
+def _check_address(distributed: Any, address: str) -> None:
+    """Raise a ValueError for an address that no scheduler can have.
 
-    A client that is given one waits for ten seconds at the exit, and leaves a traceback.
+    A client that is given one waits for ten seconds at the exit and leaves a traceback there.
     """
-    from distributed import Security
-    from distributed.comm import get_address_host_port, parse_address
-    from distributed.comm.registry import get_backend
-
-    scheme, _ = parse_address(address)
-    get_backend(scheme)
+    scheme, _ = distributed.comm.parse_address(address)
+    distributed.comm.registry.get_backend(scheme)
     if scheme in ("tcp", "tls"):
-        get_address_host_port(address)
-    if scheme == "tls" and Security().get_connection_args("client")["ssl_context"] is None:
-        raise ValueError("no certificates for TLS in dask's configuration")
+        distributed.comm.get_address_host_port(address)
+    if scheme == "tls":
+        known = distributed.Security().get_connection_args("client")
+        if known["ssl_context"] is None:
+            raise ValueError("dask's configuration names no certificates for TLS")
 
 
 class _Crew:
