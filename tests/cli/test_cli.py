@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from geohue import Scene
+from geohue import Scene, first_run
 from geohue.cli.app import run
 from geohue.io import read_ply, write_ply
 
@@ -274,6 +274,29 @@ class TestMistakes:
         assert run(["--help"]) == 0
         assert "segment" in capsys.readouterr().out
         assert "fly" in line_of(["fly"], capsys)
+
+
+@pytest.mark.parametrize(
+    ("problem", "says"),
+    [
+        (OSError(28, "No space left on device", "labels.npy"), "labels.npy: No space left"),
+        (MemoryError(), "out of memory: give a smaller scene"),
+    ],
+)
+def test_what_the_machine_lacks_is_one_line(
+    problem: Exception,
+    says: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail() -> None:
+        raise problem
+
+    monkeypatch.setattr(first_run, "compile_all", fail)
+    assert run(["warm"]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"geohue: error: {says}")
+    assert told.count("\n") == 1
 
 
 def test_neither_the_library_nor_the_command_line_starts_with_heavy_libraries() -> None:

@@ -66,6 +66,12 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()  # the reader has gone; there is nobody to tell
         return 1
+    except MemoryError:
+        return _fail("out of memory: give a smaller scene, or read a cloud in pieces with --memory")
+    except OSError as error:
+        # What no reader or writer has foreseen, such as a disk that is full at a bad moment.
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(f"{where}{error.strerror or error}; check the disk and the permissions")
     except Exception as error:
         # Usage errors of the argument parser, whose classes moved between versions of typer.
         describe = getattr(error, "format_message", None)

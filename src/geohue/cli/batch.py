@@ -9,8 +9,7 @@ import typer
 
 from geohue.cli import options
 from geohue.cli.console import print_json, read_camera, read_weight, warn, whole_or_auto
-from geohue.cli.jobs import Scheduler, job_bar
-from geohue.errors import GeohueError
+from geohue.cli.jobs import Scheduler, check_place, job_bar
 
 if TYPE_CHECKING:
     from geohue.jobs.ledger import Row
@@ -73,10 +72,7 @@ def batch(
     killed goes on with --resume.
     """
     wanted_k, wanted_weight = whole_or_auto(k, "-k"), read_weight(weight)
-    if processes is not None and scheduler is not None:
-        raise GeohueError("--processes and --scheduler both say where to work: give one")
-    if processes is not None and processes < 1:
-        raise GeohueError(f"--processes {processes}: expected at least 1")
+    check_place(processes, scheduler)
     from geohue.batch import Settings, find_items
     from geohue.batch import batch as run
     from geohue.parallel import cores

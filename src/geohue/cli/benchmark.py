@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from geohue.cli.console import whole_or_auto
-from geohue.cli.jobs import Scheduler, job_bar
+from geohue.cli.jobs import Scheduler, check_place, job_bar
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -40,7 +40,9 @@ def benchmark(
     limit: Annotated[
         int | None, typer.Option(help="Only so many frames, spread evenly over all.")
     ] = None,
-    processes: Annotated[int, typer.Option(help="Processes, each with one thread.")] = 1,
+    processes: Annotated[
+        int | None, typer.Option(help="Processes, each with one thread; by default 1.")
+    ] = None,
     scheduler: Scheduler = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False,
     plots: Annotated[bool, typer.Option(help="Draw plots and pictures.")] = True,
@@ -52,10 +54,7 @@ def benchmark(
     """
     wanted_k = whole_or_auto(k, "-k")
     window = _crop(protocol, crop)
-    if processes < 1:
-        raise GeohueError(f"--processes {processes}: expected at least 1")
-    if processes > 1 and scheduler is not None:
-        raise GeohueError("--processes and --scheduler both say where to work: give one")
+    check_place(processes, scheduler)
     from geohue.evaluate.benchmark import benchmark as run
     from geohue.evaluate.frames import find_frames
     from geohue.evaluate.summary import summarise, table
@@ -71,7 +70,7 @@ def benchmark(
             Conditions(wanted_k, components, seed),
             crop=window,
             limit=limit,
-            processes=processes,
+            processes=processes or 1,
             scheduler=scheduler,
             resume=resume,
             progress=count,

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from geohue.errors import GeohueError
+
 Scheduler = Annotated[
     str | None,
     typer.Option(
@@ -15,6 +17,14 @@ Scheduler = Annotated[
         help="A dask scheduler: its workers do it, instead of processes here.",
     ),
 ]
+
+
+def check_place(processes: int | None, scheduler: str | None) -> None:
+    """Raise an error unless at most one of the two says where to work."""
+    if processes is not None and processes < 1:
+        raise GeohueError(f"--processes {processes}: expected at least 1")
+    if processes is not None and scheduler is not None:
+        raise GeohueError("--processes and --scheduler both say where to work: give one")
 
 
 @contextmanager

@@ -161,12 +161,12 @@ def load_scene(
     return _frame_or_cloud(source, depth, intrinsics, _scale(depth_scale), frame)
 
 
-def check_pieces(method: str, components: bool, **others: Any) -> None:
-    """Raise an error if something is given that a cloud read in pieces cannot have."""
-    _leave_out("--memory", **others)
+def check_pieces(option: str, method: str, components: bool, **others: Any) -> None:
+    """Raise an error if something is given that a cloud in pieces, as of `option`, cannot have."""
+    _leave_out(option, **others)
     if components or method != "nncsc":
         wish = "--components" if components else f"--method {method}"
-        raise GeohueError(f"{wish} needs the whole cloud in memory: leave out {wish} or --memory")
+        raise GeohueError(f"{wish} needs the whole cloud in memory: leave out {wish} or {option}")
 
 
 def _range_scene(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 from geohue.cli.console import print_json, warn
+from geohue.cli.jobs import check_place
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ def segment_pieces(
     as_json: bool,
 ) -> None:
     """Split a cloud in two passes over its file."""
+    check_place(processes, scheduler)
     if source is None:
         raise GeohueError("no cloud: --memory, --processes, --scheduler and --resume need one")
     if as_json and out is None:

@@ -49,7 +49,8 @@ def segment(
     formats: Annotated[
         list[str] | None,
         typer.Option(
-            "--format", help="Write this too: pcd, las, laz, coco or segments. Repeatable."
+            "--format",
+            help="Write this too: pcd, las, laz, coco or segments; ply in pieces. Repeatable.",
         ),
     ] = None,
     out: Annotated[
@@ -71,10 +72,13 @@ def segment(
     """
     wanted_k = whole_or_auto(k, "-k")
     wanted_weight = read_weight(weight)
-    asked = resume or any(wish is not None for wish in (memory, processes, scheduler))
+    wishes = {"memory": memory, "processes": processes, "scheduler": scheduler}
+    asked = [f"--{name}" for name, wish in wishes.items() if wish is not None]
+    asked += ["--resume"] if resume else []
     note = None if asked or components or method != "nncsc" else too_large(source)
     if asked or note is not None:
         options.check_pieces(
+            asked[0] if asked else "reading in pieces",
             method,
             components,
             DEPTH=depth,
