@@ -168,6 +168,19 @@ def test_no_number_is_no_coordinate(tmp_path: Path) -> None:
     assert np.isfinite(xyz).all(axis=1).tolist() == [True, False, False, False]
 
 
+def test_coordinates_of_a_damaged_scale_are_none(tmp_path: Path) -> None:
+    pytest.importorskip("laspy", reason="needs geohue[clouds]")
+    write_las(tmp_path / "c.las", XYZ, RGB, np.zeros(N, np.int32))
+    content = bytearray((tmp_path / "c.las").read_bytes())
+    content[131:139] = struct.pack("<d", 1e300)  # of x
+    (tmp_path / "c.las").write_bytes(content)
+    chunks = open_chunks(tmp_path / "c.las")
+    xyz, _ = chunks.read(0, N)
+    chunks.close()
+    assert np.isnan(xyz[:, 0]).sum() > 0.9 * N
+    assert np.isfinite(xyz[:, 1:]).all()
+
+
 def test_no_colours(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", XYZ)
     chunks = open_chunks(tmp_path / "a.npy")

@@ -59,7 +59,7 @@ def as_bytes(values: NDArray[Any], scale: ColorScale, path: str | Path) -> NDArr
     if values.dtype == np.uint8:
         return values
     if _SCALES.index(_scale_of(values)) > _SCALES.index(scale):
-        cause = f"has colours up to {values.max():g} among others that look like a {scale} each"
+        cause = f"has colours up to {np.nanmax(values):g} among others that look like {scale}s"
         raise broken(path, f"{cause}; export it with 8-bit colours")
     with np.errstate(all="ignore"):
         known = np.nan_to_num(values.astype(np.float32), nan=0.0, posinf=0.0, neginf=0.0)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from geohue.errors import GeohueError
 from geohue.io.chunks import Chunk
 from geohue.io.chunks_color import ColorScale, as_bytes, find_scale
+from geohue.io.cloud import TOO_FAR
 from geohue.io.extras import optional
 from geohue.io.files import broken, reason
 from geohue.io.laz_chunks import check_laz_file
@@ -44,6 +45,7 @@ class LasChunks:
         """Read the points from `start` to `stop` (exclusive)."""
         points = self._points(start, stop)
         xyz = np.stack([np.asarray(points[axis], np.float64) for axis in "xyz"], axis=-1)
+        xyz[~(np.abs(xyz) < TOO_FAR)] = np.nan
         if not self.has_colors:
             return xyz, np.zeros(xyz.shape, np.uint8)
         return xyz, as_bytes(_colors_of(points), self.scale, self.path)

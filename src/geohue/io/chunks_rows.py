@@ -12,12 +12,9 @@ from numpy.typing import NDArray
 
 from geohue.io.chunks import Chunk
 from geohue.io.chunks_color import ColorScale, as_bytes, find_scale
-from geohue.io.cloud import find_columns
+from geohue.io.cloud import TOO_FAR, find_columns
 from geohue.io.files import broken, reason
 from geohue.io.ply import _HEADER_LIMIT, _Element, _Order, _parse_header
-
-TOO_FAR = 1e30
-"""No coordinate: a mark for "missing", or garbage (as in `geohue.io.cloud`)."""
 
 _PLACES = 256
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from geohue.io.files import broken, read_bytes
 
-_TOO_FAR = 1e30  # no coordinate: a mark for "missing", or garbage
+TOO_FAR = 1e30
+"""No coordinate: a mark for "missing", or garbage."""
 _FLOAT32_STEP = 2.0**-23
 
 
@@ -205,7 +206,7 @@ def _points(*axes: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.float6
     with np.errstate(all="ignore"):
         for i, axis in enumerate(axes):
             points[:, i] = axis - offset[i] if offset[i] else axis
-            points[~(np.abs(points[:, i]) < _TOO_FAR), i] = np.nan
+            points[~(np.abs(points[:, i]) < TOO_FAR), i] = np.nan
     return points, offset
 
 
@@ -214,7 +215,7 @@ def _offset(axes: tuple[NDArray[Any], ...]) -> NDArray[np.float64]:
     low, high, mean = np.zeros(3), np.zeros(3), np.zeros(3)
     for i, axis in enumerate(axes):
         with np.errstate(all="ignore"):
-            values = axis[np.abs(axis) < _TOO_FAR].astype(np.float64)
+            values = axis[np.abs(axis) < TOO_FAR].astype(np.float64)
         if values.size:
             low[i], high[i], mean[i] = values.min(), values.max(), values.mean()
     farthest = max(np.abs(low).max(), np.abs(high).max())
