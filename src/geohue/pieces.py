@@ -9,8 +9,8 @@ from geohue.compiled import compiled
 
 
 @compiled
-def root_of(parent: NDArray[np.int32], at: int) -> int:
-    """Follow the parents to the root, halving the way for the next to come."""
+def find_root(parent: NDArray[np.int32], at: int) -> int:
+    """Follow the parents of a set to its root, halving the way for the next to come."""
     while parent[at] != at:
         parent[at] = parent[parent[at]]
         at = parent[at]
@@ -89,7 +89,7 @@ def join(parent: NDArray[np.int32], one: int, other: int) -> None:
     """Make two pieces one, under the root with the lower number."""
     if parent[one] == parent[other]:
         return
-    one, other = root_of(parent, one), root_of(parent, other)
+    one, other = find_root(parent, one), find_root(parent, other)
     if one < other:
         parent[other] = one
     else:

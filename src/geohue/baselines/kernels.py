@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.compiled import kept_on_disk
+from geohue.pieces import find_root
+
+__all__ = ["compiled", "find_root", "flatten", "join_roots", "vectorised"]
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -24,15 +27,6 @@ def vectorised(function: _F) -> _F:
     The order is fixed when it is compiled: it depends on the processor, never on the threads.
     """
     return kept_on_disk(function, fastmath={"reassoc", "nsz"})
-
-
-@compiled
-def find_root(parent: NDArray[np.int32], node: int) -> int:
-    """Return the representative of a node's set, halving the path to it."""
-    while parent[node] != node:
-        parent[node] = parent[parent[node]]
-        node = parent[node]
-    return node
 
 
 @compiled
