@@ -169,6 +169,25 @@ def test_pictures_alone_need_to_be_wanted(
     assert read_labels(tmp_path / "out" / "a" / "labels.png")[0, ::15].tolist() in ([1, 2], [2, 1])
 
 
+def test_any_line_of_text_is_a_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = [" two  spaces", "[bold", "x[", "é"]
+    for name in names:
+        write_png(tmp_path / "pictures" / f"{name}.png", np.eye(20, dtype=np.uint8) * 255)
+    given = ["batch", str(tmp_path / "pictures"), "-o", str(tmp_path / "out"), *FAST]
+    assert run([*given, "--cues", "color"]) == 0
+    assert sorted(rows_of(tmp_path / "out")) == sorted(names)
+    assert "é" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of bytes")
+@pytest.mark.parametrize("name", ["two\nlines", "\udcff"])
+def test_other_names_are_refused(tmp_path: Path, name: str) -> None:
+    write_png(tmp_path / "a.png", np.zeros((20, 20, 3), np.uint8))
+    (tmp_path / "a.png").rename(tmp_path / f"{name}.png")
+    with pytest.raises(GeohueError, match="which is no line of text; rename it"):
+        find_items(tmp_path, pictures=True)
+
+
 def _flat(folder: Path, write: Callable[[Path, int], None]) -> None:
     for i in range(3):
         write(folder / "color" / f"{i}.png", i)

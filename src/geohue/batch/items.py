@@ -112,7 +112,8 @@ def find_items(
     Raises
     ------
     GeohueError
-        If there is nothing to segment, two scenes have one name, or a limit is below 1.
+        If there is nothing to segment, two scenes have one name, a name is no line of text, or a
+        limit is below 1.
     """
     root = Path(folder).absolute()
     if limit is not None and limit < 1:
@@ -188,3 +189,17 @@ def _check_names(root: Path, items: Sequence[Item]) -> None:
     twice = [name for name in count if count[name] > 1]
     if twice:
         raise broken(root, f"has several frames with the name {twice[0]}; rename or split them")
+    odd = [name for name in count if not _is_line(name)]
+    if odd:
+        raise broken(
+            root, f"has a frame with the name {odd[0]!r}, which is no line of text; rename it"
+        )
+
+
+def _is_line(name: str) -> bool:
+    """Whether a name can stand in a table."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return "\n" not in name and "\r" not in name

@@ -31,15 +31,22 @@ def check_place(processes: int | None, scheduler: str | None) -> None:
 def job_bar() -> Iterator[Callable[[int, int, str], None]]:
     """Show a progress bar on standard error, and every failure as a line above it."""
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
 
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), "{task.description}")
+    name = TextColumn("{task.description}", markup=False)  # which may have brackets
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), name)
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task("starting", total=None)
 
         def advance(done: int, total: int, text: str) -> None:
-            name, _, error = text.partition(": ")
-            bar.update(task, completed=done, total=total, description=name)
+            job, _, error = text.partition(": ")
+            bar.update(task, completed=done, total=total, description=job)
             if error:
                 bar.console.print(
                     f"geohue: warning: {text}", markup=False, highlight=False, soft_wrap=True
