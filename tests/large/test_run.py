@@ -274,6 +274,28 @@ def test_damaged_settings_are_named(stopped: Path, cloud: Path, content: str) ->
         segment_file(cloud, stopped, 3, weight=1.0, processes=1, resume=True)
 
 
+@pytest.mark.parametrize("content", [b"no archive", b"PK\x03\x04 cut short", b""])
+def test_damaged_fit_is_named_and_made_again(
+    stopped: Path, cloud: Path, tmp_path: Path, content: bytes
+) -> None:
+    fit = stopped / "state" / "fit.npz"
+    fit.write_bytes(content)
+    with pytest.raises(GeohueError, match=r"fit.npz: is damaged .* remove it and resume"):
+        segment_file(cloud, stopped, 3, weight=1.0, processes=1, resume=True)
+    fit.unlink()
+    segment_file(cloud, stopped, 3, weight=1.0, processes=1, resume=True)
+    segment_file(cloud, tmp_path / "whole", 3, weight=1.0, processes=1)
+    np.testing.assert_array_equal(_labels(stopped), _labels(tmp_path / "whole"))
+
+
+@pytest.mark.parametrize("content", ["{", "[]", "{}"])
+def test_a_result_of_something_else_is_replaced(cloud: Path, tmp_path: Path, content: str) -> None:
+    np.save(tmp_path / "labels.npy", np.zeros(3))
+    (tmp_path / "result.json").write_text(content)
+    segment_file(cloud, tmp_path, 3, weight=1.0, processes=1, resume=True)
+    assert _outcome(tmp_path)["n_points"] == N
+
+
 def test_blocks_without_any_coordinates_have_no_label(
     cloud: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -186,8 +186,11 @@ def _finished(folder: Path, identity: dict[str, Any]) -> FileSegmentation | None
     file = folder / RESULT
     if not file.exists() or not (folder / "labels.npy").exists():
         return None
-    content = json.loads(read_bytes(file))
-    if content.get("run") != identity:
+    try:
+        content = json.loads(read_bytes(file))
+    except ValueError:  # no result of ours, and written anew at the end
+        return None
+    if not isinstance(content, dict) or content.get("run") != identity:
         return None
     return FileSegmentation(
         folder / "labels.npy",

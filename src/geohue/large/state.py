@@ -8,6 +8,7 @@ import shutil
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,11 +108,14 @@ class State:
         file = self.folder / _FIT
         if not file.exists():
             return None
-        with np.load(file) as arrays:
-            content = json.loads(str(arrays["decision"]))
-            curve = [(weight, value) for weight, value in content.pop("curve")]
-            notes = tuple(content.pop("notes"))
-            return from_arrays(Fitted, arrays), Decision(**content, curve=curve, notes=notes)
+        try:
+            with file.open("rb") as handle, np.load(handle) as arrays:
+                content = json.loads(str(arrays["decision"]))
+                curve = [(weight, value) for weight, value in content.pop("curve")]
+                notes = tuple(content.pop("notes"))
+                return from_arrays(Fitted, arrays), Decision(**content, curve=curve, notes=notes)
+        except (ValueError, KeyError, TypeError, EOFError, OSError, BadZipFile) as error:
+            raise broken(file, f"is damaged ({reason(error)}); remove it and resume") from error
 
     def keep_fit(self, fitted: Fitted, decision: Decision) -> None:
         """Keep what was fitted."""
