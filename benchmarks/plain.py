@@ -28,7 +28,7 @@ from geohue.evaluate.crop import PROTOCOLS, Crop
 from geohue.evaluate.frames import Frame, find_frames, load_frame
 from geohue.evaluate.partition import information_of
 from geohue.jobs.pool import run_jobs
-from geohue.ncut import cutter, nystrom
+from geohue.ncut import nystrom
 from geohue.ncut.affinity import affinity
 from geohue.segmentation import Segmentation
 
@@ -134,7 +134,7 @@ def main() -> None:
     step = voi[:, 1] - voi[:, 0]
     alike = np.array([p.alike for p in pairs])
     same = np.mean([p.weight[0] == p.weight[1] for p in pairs])
-    print(f"{len(pairs)} frames, K = {given.k}, components, center sample {cutter.CENTER_SAMPLE}\n")
+    print(f"{len(pairs)} frames, K = {given.k}, components\n")
     print("| | plain | compiled |\n| --- | ---: | ---: |")
     print("| VoI, bits | {:.4f} | {:.4f} |".format(*voi.mean(axis=0)))
     print("| processor, s | {:.2f} | {:.2f} |\n".format(*np.median(seconds, axis=0)))

@@ -22,7 +22,7 @@ from geohue.evaluate.frames import Frame, find_frames, load_frame
 from geohue.features import extract_features
 from geohue.io.atomic import atomic_write
 from geohue.jobs.pool import run_jobs
-from geohue.ncut.cutter import CENTER_SAMPLE, Cutter
+from geohue.ncut.cutter import Cutter
 from geohue.ncut.labels import find_centers
 from geohue.ncut.lloyd import nearest_center
 from geohue.ncut.nystrom import NystromCut, nystrom_cut
@@ -80,7 +80,7 @@ def sweep(scene: Scene, truth: NDArray[np.int32], seed: int = SEED) -> Sweep:
         landmarks = vectors[cutter._landmarks]
         cut = nystrom_cut(vectors, landmarks, team, settings.k_max + 1, settings.scale)
         eigenvalues[i, : len(cut.eigenvalues)] = cut.eigenvalues
-        sample = vectors[:: -(-len(vectors) // CENTER_SAMPLE)]
+        sample = vectors[:: -(-len(vectors) // settings.center_points)]
         if weight == 1:
             chosen[:] = [choose_k(cut, sample, name, settings.k_max) for name in SELECTORS]
         for j, k in enumerate(KS):

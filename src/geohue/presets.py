@@ -35,6 +35,8 @@ class Preset:
         From eigenvectors to labels (`find_centers`).
     restarts : int
         Random starts of k-means beside its own.
+    center_points : int
+        Points of the draft that k-means and the selectors of K look at.
     selector : {"eigengap", "elongated", "rotation"}
         What chooses K (`choose_k`).
     k_max : int
@@ -59,6 +61,7 @@ class Preset:
     scale: float = SCALE
     labelling: Labelling = "kmeans"
     restarts: int = 4
+    center_points: int = 5_000
     selector: Selector = "eigengap"
     k_max: int = K_MAX
     draft_points: int = 20_000
@@ -77,6 +80,7 @@ PRESETS: dict[str, Preset] = {
         draft_points=5_000,
         fit="draft",
         restarts=2,
+        center_points=2_000,
         weight_rule="agreement",
         fill="watershed",
     ),

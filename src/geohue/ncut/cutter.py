@@ -15,9 +15,6 @@ from geohue.ncut.selectors import choose_k
 from geohue.parallel import Workers
 from geohue.presets import Preset
 
-CENTER_SAMPLE = 5_000
-"""Rows that k-means and the selectors of K look at."""
-
 
 class Cutter:
     """Cuts a scene again and again, with what can be shared between the cuts shared.
@@ -86,7 +83,7 @@ class Cutter:
     def _choose_k(self, vectors: Floats, landmarks: Floats) -> int:
         most, scale = self._settings.k_max, self._settings.scale
         cut = nystrom_cut(vectors, landmarks, self._workers, most + 1, scale)
-        return choose_k(cut, _sample(vectors), self._settings.selector, most)
+        return choose_k(cut, self._sample(vectors), self._settings.selector, most)
 
     def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Cut the draft; returns labels in the draft's shape, -1 where it has no point."""
@@ -116,11 +113,10 @@ class Cutter:
         cut = nystrom_cut(vectors, draft[self._landmarks], workers, k, self._settings.scale)
         k = min(k, cut.basis.shape[1])  # coinciding points span fewer directions
         rng = np.random.default_rng((self._seed, 1))
-        rows = cut.rows(_sample(draft), k)
+        rows = cut.rows(self._sample(draft), k)
         settings = self._settings
         return CutModel(cut, find_centers(rows, k, settings.labelling, rng, settings.restarts))
 
-
-def _sample(vectors: Floats) -> Floats:
-    """Every n-th row, at most `CENTER_SAMPLE` of them."""
-    return vectors[:: -(-len(vectors) // CENTER_SAMPLE)]
+    def _sample(self, vectors: Floats) -> Floats:
+        """Every n-th row, so that there are no more than the settings say."""
+        return vectors[:: -(-len(vectors) // self._settings.center_points)]

@@ -52,11 +52,10 @@ def find_centers(
     y = rows.astype(np.float64)
     if k == 1:
         return np.ones((1, y.shape[1]))
-    rotation = _qr_rotation(y)
     if labelling == "qr":
-        return rotation.T
+        return _qr_rotation(y).T
     if labelling == "rotation":
-        return _yu_shi(y, rotation).T
+        return _yu_shi(y, _qr_rotation(y)).T
     if labelling == "kmeans":
         return _kmeans(y, k, _most_orthogonal(y, k), restarts, rng)
     raise GeohueError(f"labelling {labelling!r}: choose one of {', '.join(LABELLINGS)}")
