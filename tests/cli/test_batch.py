@@ -17,7 +17,10 @@ import numpy as np
 import pytest
 
 from geohue.batch import find_items
+from geohue.batch import items as module
+from geohue.camera import Intrinsics
 from geohue.cli.app import run
+from geohue.datasets.frames import Dataset, Frame
 from geohue.errors import GeohueError
 from geohue.io import write_ply
 from geohue.io.images import read_labels, write_png
@@ -186,6 +189,52 @@ def test_other_names_are_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / "a.png").rename(tmp_path / f"{name}.png")
     with pytest.raises(GeohueError, match="which is no line of text; rename it"):
         find_items(tmp_path, pictures=True)
+
+
+@pytest.mark.parametrize("two", [("A", "a"), ("Stra\u00dfe", "STRASSE"), ("\u00e9", "e\u0301")])
+def test_names_of_one_folder_elsewhere_are_refused(tmp_path: Path, two: tuple[str, str]) -> None:
+    for name in two:
+        write_png(tmp_path / f"{name}.png", np.zeros((20, 20, 3), np.uint8))
+    if len(list(tmp_path.iterdir())) < 2:
+        pytest.skip("this file system has one name for both")
+    with pytest.raises(GeohueError, match=r"one folder where case does .*; rename one"):
+        find_items(tmp_path, pictures=True)
+
+
+def _listing(folder: Path, names: str) -> Dataset:
+    """A data set whose depth maps are computed, each of the number that its name is."""
+    shape = (HEIGHT, WIDTH)
+
+    def frame(name: str) -> Frame:
+        camera = Intrinsics(40.0, 40.0, 24.0, 18.0)
+        return Frame(
+            name,
+            lambda: np.zeros((*shape, 3), np.uint8),
+            lambda: np.full(shape, float(name), np.float32),
+            camera,
+        )
+
+    return Dataset("made", folder, [frame(name) for name in names])
+
+
+def test_frames_that_come_in_do_not_move_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    there = ["24"]
+    monkeypatch.setattr(module, "open_dataset", lambda *_, **__: _listing(tmp_path, there[0]))
+
+    def depths() -> dict[str, float]:
+        items, _ = find_items(tmp_path, "made")
+        return {item.name: float(item.read().points[0, 0, 2]) for item in items}
+
+    assert depths() == {"2": 2, "4": 4}
+    there[0] = "1234"
+    assert depths() == {"1": 1, "2": 2, "3": 3, "4": 4}
+    items, _ = find_items(tmp_path, "made")
+    there[0] = "34"  # two went before a worker has seen them
+    for item in items:
+        with pytest.raises(GeohueError, match="has changed since it was listed; go on with"):
+            item.read()
 
 
 def _flat(folder: Path, write: Callable[[Path, int], None]) -> None:

@@ -108,6 +108,14 @@ def test_failing_frame_and_method_stop_nothing(tmp_path: Path, make_frames: Make
     assert summarise(mended)[0].failures == 0
 
 
+def test_frames_are_read_again_when_they_change(tmp_path: Path, make_frames: MakeFrames) -> None:
+    folder = make_frames(tmp_path / "frames", 1)
+    for out, n_gt in (("before", "2"), ("after", "1")):
+        rows = benchmark(folder, tmp_path / out, TRIALS[:1], TWO)
+        assert [row["n_gt"] for row in rows] == [n_gt]
+        write_png(folder / "0000" / "labels.png", np.ones((36, 48), np.uint16))
+
+
 def test_other_settings_are_not_mixed_into_a_run(frames: Path, tmp_path: Path) -> None:
     benchmark(frames, tmp_path / "out", TRIALS[:1], TWO, limit=1)
     with pytest.raises(GeohueError, match="the run there has k = 2, this one 3"):

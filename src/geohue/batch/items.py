@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+import unicodedata
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,12 +27,17 @@ _OTHERS = (".txt", ".csv", ".out", ".bin")  # clouds at times, but more often so
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """How a data set is opened."""
+    """How a data set is opened.
+
+    `listed` is the moment of its listing (ns): what a worker has opened for an earlier one, when
+    there were other frames perhaps, does not count for this one.
+    """
 
     folder: Path
     layout: str | None = None
     intrinsics: Intrinsics | None = None
     depth_scale: float | str | None = None
+    listed: int = 0
 
     def __call__(self) -> Dataset:
         """Open it."""
@@ -47,12 +54,13 @@ class Item:
     ----------
     name : str
         Unique in the batch; where its results go.
-    source : Path, Frame or (Opening, int)
-        A cloud or picture; a frame whose parts are files; or a data set and the frame's place.
+    source : Path, Frame or (Opening, int, str)
+        A cloud or picture; a frame whose parts are files; or a data set, the frame's place in it
+        and what it is known by there.
     """
 
     name: str
-    source: Path | Frame | tuple[Opening, int]
+    source: Path | Frame | tuple[Opening, int, str]
 
     def read(self) -> Scene:
         """Read the scene.
@@ -60,19 +68,27 @@ class Item:
         Raises
         ------
         GeohueError
-            If a file cannot be read.
+            If a file cannot be read, or the data set has other frames than when it was listed.
         """
         if isinstance(self.source, Path):
             return read_scene(self.source)
         if isinstance(self.source, Frame):
             return self.source.scene()
-        opening, i = self.source
-        return _opened(opening)[i].scene()
+        opening, i, mark = self.source
+        data = _opened(opening)
+        if i >= len(data) or _mark(data[i]) != mark:
+            raise broken(opening.folder, "has changed since it was listed; go on with --resume")
+        return data[i].scene()
 
 
 @lru_cache(maxsize=2)
 def _opened(opening: Opening) -> Dataset:
     return opening()
+
+
+def _mark(frame: Frame) -> str:
+    """Return what tells a frame from the others of its data set."""
+    return str(frame.color) if isinstance(frame.color, Path) else frame.name
 
 
 def find_items(
@@ -112,8 +128,8 @@ def find_items(
     Raises
     ------
     GeohueError
-        If there is nothing to segment, two scenes have one name, a name is no line of text, or a
-        limit is below 1.
+        If there is nothing to segment, two scenes have one name or names that differ in case only,
+        a name is no line of text, or a limit is below 1.
     """
     root = Path(folder).absolute()
     if limit is not None and limit < 1:
@@ -123,7 +139,7 @@ def find_items(
     if not root.exists():
         raise broken(folder, "no such folder; check the name")
     if layout is not None or guess_layout(root):
-        opening = Opening(root, layout, intrinsics, depth_scale)
+        opening = Opening(root, layout, intrinsics, depth_scale, time.time_ns())
         data = opening()
         frames = [*data, *_without_depth(data)]
         items, notes = _frame_items(frames, opening), data.notes
@@ -145,7 +161,7 @@ def _frame_items(frames: Sequence[Frame], opening: Opening) -> list[Item]:
             name = frame.color.relative_to(opening.folder).with_suffix("").as_posix()
         parts = (frame.color, frame.depth, frame.second)
         whole = all(part is None or isinstance(part, Path) for part in parts)
-        items.append(Item(name, frame if whole else (opening, i)))
+        items.append(Item(name, frame if whole else (opening, i, _mark(frame))))
     return items
 
 
@@ -194,6 +210,20 @@ def _check_names(root: Path, items: Sequence[Item]) -> None:
         raise broken(
             root, f"has a frame with the name {odd[0]!r}, which is no line of text; rename it"
         )
+    first: dict[str, str] = {}
+    for name in count:
+        other = first.setdefault(_folded(name), name)
+        if other != name:
+            raise broken(
+                root,
+                f"has the frames {other} and {name}, whose results are one folder where case does "
+                "not count (macOS, Windows); rename one of them",
+            )
+
+
+def _folded(name: str) -> str:
+    """Return what a file system that knows no case, or no accents of two signs, makes of a name."""
+    return unicodedata.normalize("NFC", name).casefold()
 
 
 def _is_line(name: str) -> bool:

@@ -73,13 +73,23 @@ class Cell:
 
 
 @lru_cache(maxsize=1)
-def _loaded(frame: Frame, crop: Crop | None) -> tuple[Scene, NDArray[np.int32]]:
+def _loaded(
+    frame: Frame,
+    crop: Crop | None,
+    ages: tuple[int, ...],  # noqa: ARG001  # files may change between the runs of a worker
+) -> tuple[Scene, NDArray[np.int32]]:
     return load_frame(frame, crop)
+
+
+def _ages(frame: Frame) -> tuple[int, ...]:
+    """Return when each file of a frame was written last (ns; 0 for one that has gone)."""
+    files = (frame.color, frame.depth, frame.labels, frame.intrinsics)
+    return tuple(f.stat().st_mtime_ns if f.exists() else 0 for f in files if f is not None)
 
 
 def run_cell(cell: Cell) -> dict[str, Any]:
     """Segment a frame, write its labels, and return its scores."""
-    scene, truth = _loaded(cell.frame, cell.crop)
+    scene, truth = _loaded(cell.frame, cell.crop, _ages(cell.frame))
     given = answer(cell.trial, scene, cell.conditions)
     write_png(cell.labels_file, (given.labels + 1).astype(np.uint16))
     return scores(given, truth)
