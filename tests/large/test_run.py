@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import geohue
 from geohue import GeohueError, Scene
+from geohue.cli.app import run as command
 from geohue.evaluate import adjusted_rand_index
 from geohue.features import CUES, Cues
 from geohue.io.ply import read_ply
@@ -223,11 +224,8 @@ def _grow(cloud: Path) -> dict[str, Any]:
     [
         (_touch, "modified_ns"),
         (_grow, "bytes"),
-        (lambda _: {"k": 4}, "has k = 3"),
-        (lambda _: {"weight": 2.0}, "has weight = 1.0"),
         (lambda _: {"seed": 1}, "has seed = 0"),
-        (lambda _: {"preset": "best"}, "has settings"),
-        (lambda _: {"formats": ["ply"]}, "has formats"),
+        (lambda _: {"cues": "color"}, "has cues = fusion"),
     ],
 )
 def test_another_run_is_not_resumed(
@@ -236,6 +234,54 @@ def test_another_run_is_not_resumed(
     settings: dict[str, Any] = {"k": 3, "weight": 1.0} | change(cloud)
     with pytest.raises(GeohueError, match=says):
         segment_file(cloud, stopped, **settings, processes=1, resume=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "fits"),
+    [({"k": 2}, 1), ({"weight": 2.0}, 1), ({"preset": "fast"}, 1), ({"formats": ["ply"]}, 0)],
+)
+def test_what_was_measured_serves_another_question(
+    stopped: Path,
+    cloud: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    change: dict[str, Any],
+    fits: int,
+) -> None:
+    settings: dict[str, Any] = {"k": 3, "weight": 1.0} | change
+    segment_file(cloud, tmp_path / "whole", **settings, processes=1)
+    fitted, fit = [], stages.fit
+
+    def noted(*given: Any) -> Any:
+        fitted.append(given)
+        return fit(*given)
+
+    monkeypatch.setattr(stages, "fit", noted)
+    monkeypatch.setattr(stages, "measure", None)  # nothing is measured again
+    segment_file(cloud, stopped, **settings, processes=1, resume=True)
+    assert len(fitted) == fits
+    assert _outcome(stopped) == _outcome(tmp_path / "whole")
+    for file in (tmp_path / "whole").iterdir():
+        if file.name != "result.json":  # which has times
+            assert (stopped / file.name).read_bytes() == file.read_bytes()
+
+
+def test_nothing_begun_stays_behind(stopped: Path, cloud: Path) -> None:
+    (stopped / "segmented.ply.part").touch()  # as if it had been asked for
+    segment_file(cloud, stopped, 2, weight=1.0, processes=1, resume=True)
+    assert not list(stopped.glob("*.part"))
+
+
+def test_too_many_segments_do_not_lock_a_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    xyz, rgb, _ = three_blobs(5)
+    np.save(tmp_path / "a.npy", table(xyz, rgb))
+    given = ["segment", str(tmp_path / "a.npy"), "-o", str(tmp_path / "out"), "--processes", "1"]
+    assert command([*given, "-k", "9"]) == 2
+    assert "5 usable point(s) cannot form 9 segments: lower k" in capsys.readouterr().err
+    assert command([*given, "-k", "2", "--resume"]) == 0
+    assert _outcome(tmp_path / "out")["k"] == 2
 
 
 def test_an_unfinished_run_is_not_overwritten(stopped: Path, cloud: Path) -> None:

@@ -69,7 +69,8 @@ def segment_file(
     scheduler : str, optional
         Address of a dask scheduler whose workers do the passes; they must see the same files.
     resume : bool
-        Go on with a run in `out` that was killed; finished stretches are not done again.
+        Go on with a run in `out` that was killed; finished stretches are not done again. With
+        another k, weight, preset or format, those of the first pass are not.
     formats : sequence of str
         More files: ``"ply"`` for ``segmented.ply``.
     progress : callable, optional

@@ -20,7 +20,7 @@ from geohue.large.moments import Moments, merge
 from geohue.large.passes import JOB, LabelJob, MeasureJob, Target, label, measure
 from geohue.large.sample import SAMPLE, sample_positions
 from geohue.large.state import State
-from geohue.large.targets import prepare
+from geohue.large.targets import clear_parts, prepare
 from geohue.parallel import workers
 from geohue.presets import Preset
 from geohue.scene import Scene
@@ -184,6 +184,7 @@ def label_all(
     if not done or not (whole or all(part.path.exists() for part in parts)):
         done = {}
         state.forget_labelled()
+        clear_parts(state.folder.parent)
         for target, head in targets.values():
             prepare(target, head, source.n_points)
     jobs = [

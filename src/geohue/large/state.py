@@ -29,6 +29,8 @@ STATE = "state"
 _SETTINGS = "run.json"
 _MEASURED, _LABELLED, _SAMPLE, _FIT = "measured.csv", "labelled.csv", "sample.bin", "fit.npz"
 _FILES = (_MEASURED, _LABELLED, _SAMPLE, _FIT)
+_FITTING = ("k", "weight", "settings")  # settings on which the first pass does not depend
+_WRITING = ("formats",)  # nor does the cut
 
 
 def has_state(out: Path) -> bool:
@@ -47,12 +49,14 @@ class State:
         What makes this run this one: the input, its size and age, and every setting that the
         labels depend on.
     resume : bool
-        Whether to go on with a run that is there.
+        Whether to go on with a run that is there. What was measured is kept for another k, weight,
+        preset or format; what these change is done again.
 
     Raises
     ------
     GeohueError
-        If there is an unfinished run and `resume` is not set, or it had other settings.
+        If there is an unfinished run and `resume` is not set, or it was of another input, version,
+        seed or other cues.
     """
 
     def __init__(self, out: Path, settings: dict[str, Any], resume: bool) -> None:
@@ -65,11 +69,14 @@ class State:
                 raise GeohueError(
                     f"{out}: has an unfinished run; go on with --resume, or remove {self.folder}"
                 )
-            _compare(out, _settings_of(file), settings)
+            changed = _compare(out, _settings_of(file), settings)
+            stale = {_LABELLED} if changed else set()
+            stale |= {_FIT} if changed & set(_FITTING) else set()
         else:
-            if self.folder.is_dir():
-                for name in _FILES:  # perhaps of a run whose end was cut off
-                    (self.folder / name).unlink(missing_ok=True)
+            stale = set(_FILES)  # perhaps of a run whose end was cut off
+        for name in stale:
+            (self.folder / name).unlink(missing_ok=True)
+        if stale:
             with atomic_write(file) as temporary:
                 temporary.write_text(json.dumps(settings, indent=2) + "\n", encoding="utf-8")
         self._measured = Ledger(self.folder / _MEASURED, ("start", "moments"), ("start",))
@@ -153,10 +160,13 @@ def _settings_of(file: Path) -> dict[str, Any]:
         raise broken(file, cause) from error
 
 
-def _compare(out: Path, before: dict[str, Any], now: dict[str, Any]) -> None:
+def _compare(out: Path, before: dict[str, Any], now: dict[str, Any]) -> set[str]:
+    """Return which settings differ; an error if what was measured is of no use with one of them."""
+    differing = {name for name, value in now.items() if before.get(name) != value}
     for name, value in now.items():
-        if before.get(name) != value:
+        if name in differing - {*_FITTING, *_WRITING}:
             raise GeohueError(
                 f"{out}: the run there has {name} = {before.get(name)}, this one {value}; "
                 f"give another folder, or remove {out / STATE}"
             )
+    return differing

@@ -17,6 +17,7 @@ from geohue.large.passes import Target
 FORMATS = ("ply",)
 """What can be written beside the labels: ``segmented.ply``, all points with their labels."""
 
+_LABELS, _PLY = "labels.npy", "segmented.ply"
 _MARGIN = 64 * 2**20
 
 
@@ -39,7 +40,7 @@ def plan_targets(
     if unknown:
         choice = ", ".join(FORMATS)
         raise GeohueError(f"format {unknown[0]!r}: of a cloud read in pieces, choose {choice}")
-    files = {out / "labels.npy": (np.dtype([("label", "<i4")]), _npy_header(n_points))}
+    files = {out / _LABELS: (np.dtype([("label", "<i4")]), _npy_header(n_points))}
     if "ply" in formats:
         row = np.dtype(
             [
@@ -49,11 +50,17 @@ def plan_targets(
                 ("scalar_label", "<f4"),
             ]
         )
-        files[out / "segmented.ply"] = (row, _ply_header(n_points, is_double))
+        files[out / _PLY] = (row, _ply_header(n_points, is_double))
     return {
         file: (Target(part_of(file).absolute(), len(head), row), head)
         for file, (row, head) in files.items()
     }
+
+
+def clear_parts(out: Path) -> None:
+    """Remove what was begun of any file."""
+    for name in (_LABELS, _PLY):
+        part_of(out / name).unlink(missing_ok=True)
 
 
 def prepare(target: Target, head: bytes, n_points: int) -> None:
