@@ -19,6 +19,7 @@ from geohue.cli.app import run as command
 from geohue.errors import GeohueError, GeohueWarning
 from geohue.io.images import write_png
 from geohue.jobs import cluster as module
+from geohue.jobs import crew
 from geohue.jobs.pool import run_jobs
 from jobs.frames import (
     HEIGHT,
@@ -31,6 +32,11 @@ from jobs.frames import (
 
 def worker_pids(cluster: Any) -> list[int]:
     return [worker.pid for worker in cluster.workers.values() if worker.pid is not None]
+
+
+def look_often(monkeypatch: pytest.MonkeyPatch) -> None:
+    for place in (crew, module):
+        monkeypatch.setattr(place, "LOOK_S", 0.1)
 
 
 def test_outcomes_are_those_of_this_process(cluster: Any) -> None:
@@ -140,9 +146,9 @@ def test_few_jobs_are_under_way(in_process: Any, monkeypatch: pytest.MonkeyPatch
     submit = module._submit
     sent: list[int] = []
 
-    def note_and_submit(crew: Any, function: Any, job: int) -> Any:
+    def note_and_submit(workers: Any, function: Any, job: int) -> Any:
         sent.append(job)
-        return submit(crew, function, job)
+        return submit(workers, function, job)
 
     monkeypatch.setattr(module, "_submit", note_and_submit)
     address = in_process(2).scheduler_address
@@ -189,7 +195,7 @@ def test_scheduler_that_is_not_there(
 
 
 def test_scheduler_without_workers(in_process: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "PATIENCE_S", 0.3)
+    monkeypatch.setattr(crew, "PATIENCE_S", 0.3)
     with pytest.raises(GeohueError, match=r"no worker for 0\.3 s; start some with 'dask worker"):
         list(run_jobs(abs, [1], scheduler=in_process(0).scheduler_address))
 
@@ -197,8 +203,8 @@ def test_scheduler_without_workers(in_process: Any, monkeypatch: pytest.MonkeyPa
 def test_workers_that_go_and_do_not_come_back(
     in_process: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "PATIENCE_S", 0.3)
-    monkeypatch.setattr(module, "_LOOK_S", 0.1)
+    monkeypatch.setattr(crew, "PATIENCE_S", 0.3)
+    look_often(monkeypatch)
     cluster = in_process(1)
     outcomes = run_jobs(abs, range(50), scheduler=cluster.scheduler_address)
     assert next(outcomes).error is None
@@ -210,8 +216,8 @@ def test_workers_that_go_and_do_not_come_back(
 def test_results_that_go_with_their_worker(
     in_process: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "PATIENCE_S", 0.3)
-    monkeypatch.setattr(module, "_LOOK_S", 0.1)
+    monkeypatch.setattr(crew, "PATIENCE_S", 0.3)
+    look_often(monkeypatch)
     cluster, take = in_process(1), module._take
 
     def take_and_lose(queue: Any) -> list[Any]:
@@ -237,10 +243,27 @@ def test_scheduler_that_goes(in_process: Any, monkeypatch: pytest.MonkeyPatch) -
         list(outcomes)
 
 
+@pytest.mark.parametrize("asked", ["wait_for_workers", "nthreads", "run"])
+def test_scheduler_that_goes_before_the_first_job(
+    in_process: Any, monkeypatch: pytest.MonkeyPatch, asked: str
+) -> None:
+    distributed = pytest.importorskip("distributed", reason="needs geohue[distributed]")
+    monkeypatch.setattr(module, "CONNECT_S", 0.3)
+    cluster, call = in_process(1), getattr(distributed.Client, asked)
+
+    def go_and_call(client: Any, *given: Any, **named: Any) -> Any:
+        cluster.close()
+        return call(client, *given, **named)
+
+    monkeypatch.setattr(distributed.Client, asked, go_and_call)
+    with pytest.raises(GeohueError, match="the scheduler has gone or has dropped the jobs"):
+        list(run_jobs(abs, [1], scheduler=cluster.scheduler_address))
+
+
 def test_other_version_on_a_worker(in_process: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     address = in_process(1).scheduler_address
     with monkeypatch.context() as patch:
-        patch.setattr(module, "__version__", "99.0")
+        patch.setattr(crew, "__version__", "99.0")
         message = rf"has geohue {__version__} and this is 99\.0; install the same version"
         with pytest.raises(GeohueError, match=message):
             list(run_jobs(abs, [1], scheduler=address))

@@ -24,6 +24,7 @@ from geohue.evaluate import adjusted_rand_index
 from geohue.features import CUES, Cues
 from geohue.io.ply import read_ply
 from geohue.large import passes, segment_file, stages
+from geohue.large.fit import fit
 from geohue.large.passes import LabelJob, label
 from geohue.large.state import State
 from large.clouds import table, three_blobs
@@ -250,7 +251,7 @@ def test_what_was_measured_serves_another_question(
 ) -> None:
     settings: dict[str, Any] = {"k": 3, "weight": 1.0} | change
     segment_file(cloud, tmp_path / "whole", **settings, processes=1)
-    fitted, fit = [], stages.fit
+    fitted: list[Any] = []
 
     def noted(*given: Any) -> Any:
         fitted.append(given)

@@ -4,32 +4,23 @@ from __future__ import annotations
 
 import logging
 import pickle
-import warnings
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
-from pkgutil import resolve_name
 from queue import Empty, SimpleQueue
 from threading import Lock
-from time import monotonic
 from typing import Any
 
 from geohue._version import __version__
-from geohue.errors import GeohueError, GeohueWarning
+from geohue.errors import GeohueError
 from geohue.io.extras import optional
 from geohue.io.files import reason
+from geohue.jobs.crew import LOOK_S, Crew
 from geohue.jobs.outcome import DIED, Job, Outcome, Result, attempt, error_text
 
 CONNECT_S = 5.0
 """Seconds in which a scheduler must answer."""
 
-PATIENCE_S = 60.0
-"""Seconds without any worker after which a run ends."""
-
-_LOOK_S = 2.0  # between looks at who works
-_AHEAD = (
-    3  # jobs sent for each thread of the workers: they never wait, and the scheduler stays small
-)
 _TURN = Lock()  # one job at a time in a process, whose threads share limits and warning filters
 
 
@@ -74,8 +65,7 @@ def run_on_cluster(
     if not jobs:
         return
     with _connected(scheduler) as client:
-        crew = _Crew(client, scheduler)
-        crew.check_versions()
+        crew = Crew(client, scheduler)
         lost: list[Job] = []
         yield from _stream(crew, function, jobs, lost)
         # Some of these died with a neighbour only: each gets a cluster of its own.
@@ -125,78 +115,8 @@ def _check_address(distributed: Any, address: str) -> None:
             raise ValueError("dask's configuration names no certificates for TLS")
 
 
-class _Crew:
-    """The workers of a cluster, as they come and go."""
-
-    def __init__(self, client: Any, scheduler: str) -> None:
-        self.client = client
-        self._scheduler = scheduler
-        self._seen = self._looked = monotonic()
-        self._threads = 0
-        try:
-            client.wait_for_workers(1, timeout=PATIENCE_S)
-        except TimeoutError:
-            raise self._deserted() from None
-        self.look()
-        if any(count > 1 for count in client.nthreads().values()):
-            warnings.warn(
-                f"{scheduler}: workers with several threads; one works at a time in a process: "
-                "start them with 'dask worker --nworkers N --nthreads 1'",
-                GeohueWarning,
-                stacklevel=2,
-            )
-
-    @property
-    def window(self) -> int:
-        """How many jobs to have under way."""
-        if monotonic() - self._looked > _LOOK_S:
-            self.look()
-        return max(1, _AHEAD * self._threads)
-
-    def look(self) -> None:
-        """Count the workers' threads; raises if there are none for too long, or no scheduler."""
-        try:
-            self._threads = sum(self.client.nthreads().values())
-        except (OSError, RuntimeError) as error:
-            raise self.gone() from error
-        self._looked = monotonic()
-        if self._threads:
-            self._seen = self._looked
-        elif self._looked - self._seen > PATIENCE_S:
-            raise self._deserted()
-
-    def check_versions(self) -> None:
-        """Raise an error if a worker has another geohue than this one."""
-        found = self.client.run(resolve_name, "geohue._version:__version__", on_error="return")
-        for worker, version in found.items():
-            if isinstance(version, ImportError):
-                raise GeohueError(f"{worker}: the worker has no geohue; install {__version__}")
-            if isinstance(version, str):  # else it has just gone
-                self.check_version(version, worker)
-
-    def check_version(self, version: str, worker: str) -> None:
-        """Raise an error if a version is not this one."""
-        if version != __version__:
-            raise GeohueError(
-                f"{worker}: the worker has geohue {version} and this is {__version__}; install the "
-                "same version everywhere"
-            )
-
-    def gone(self) -> GeohueError:
-        return GeohueError(
-            f"{self._scheduler}: the scheduler has gone or has dropped the jobs; what is done is "
-            "kept: start it again and resume"
-        )
-
-    def _deserted(self) -> GeohueError:
-        return GeohueError(
-            f"{self._scheduler}: no worker for {PATIENCE_S:g} s; start some with "
-            f"'dask worker {self._scheduler} --nthreads 1' and resume"
-        )
-
-
 def _stream(
-    crew: _Crew, function: Callable[[Job], Result], jobs: Sequence[Job], lost: list[Job]
+    crew: Crew, function: Callable[[Job], Result], jobs: Sequence[Job], lost: list[Job]
 ) -> Iterator[Outcome[Job, Result]]:
     """Run jobs, a few for each worker under way; those that killed their workers go to `lost`."""
     waiting = iter(jobs)
@@ -221,7 +141,7 @@ def _stream(
 def _take(queue: SimpleQueue[Any]) -> list[Any]:
     """Return all that is in a queue, none if nothing comes for a while."""
     try:
-        found = [queue.get(timeout=_LOOK_S)]
+        found = [queue.get(timeout=LOOK_S)]
         while not queue.empty():
             found.append(queue.get())
     except Empty:
@@ -229,7 +149,7 @@ def _take(queue: SimpleQueue[Any]) -> list[Any]:
     return found
 
 
-def _submit(crew: _Crew, function: Callable[[Job], Result], job: Job) -> Any:
+def _submit(crew: Crew, function: Callable[[Job], Result], job: Job) -> Any:
     # As bytes: dask looks into what it is given for tasks and collections of its own.
     try:
         return crew.client.submit(_call, __version__, pickle.dumps((function, job)), pure=False)
@@ -238,12 +158,12 @@ def _submit(crew: _Crew, function: Callable[[Job], Result], job: Job) -> Any:
 
 
 def _outcomes(
-    crew: _Crew, futures: list[Any], jobs: list[Job]
+    crew: Crew, futures: list[Any], jobs: list[Job]
 ) -> Iterator[Outcome[Job, Any] | None]:
     """Return what became of jobs that have ended; None for one that killed its workers."""
     try:
         # One message for all: a message each is what would keep a large cluster waiting.
-        answers = _patiently(crew, lambda: crew.client.gather(futures, asynchronous=True))
+        answers = crew.wait(lambda: crew.client.gather(futures, asynchronous=True))
     except GeohueError:
         raise
     except Exception:
@@ -257,21 +177,7 @@ def _outcomes(
         yield Outcome(job, result, error)
 
 
-def _patiently(crew: _Crew, call: Callable[[], Awaitable[Any]]) -> Any:
-    """Wait for dask's answer for as long as there are workers.
-
-    A result that has gone with its worker is computed again, which without workers takes for ever.
-    """
-    timeout = _LOOK_S
-    while True:
-        try:
-            return crew.client.sync(call, callback_timeout=timeout)
-        except TimeoutError:
-            crew.look()
-            timeout *= 2  # a large result may take its time
-
-
-def _answer(crew: _Crew, future: Any) -> tuple[str, Any, str | None] | None:
+def _answer(crew: Crew, future: Any) -> tuple[str, Any, str | None] | None:
     """Return what `_call` has returned; None if it killed its workers."""
     from concurrent.futures import CancelledError
 
@@ -279,7 +185,7 @@ def _answer(crew: _Crew, future: Any) -> tuple[str, Any, str | None] | None:
 
     try:
         answer: tuple[str, Any, str | None]
-        (answer,) = _patiently(crew, lambda: crew.client.gather([future], asynchronous=True))
+        (answer,) = crew.wait(lambda: crew.client.gather([future], asynchronous=True))
     except KilledWorker:
         return None
     except (CancelledError, OSError) as problem:
