@@ -142,6 +142,19 @@ def test_runs_do_not_mix(frames: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert list(rows_of(tmp_path / "out")) == ["0000", "0001", "0002"]
 
 
+def test_batch_and_benchmark_do_not_mix(
+    frames: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = ["-o", str(tmp_path / "out")]
+    assert run(["batch", str(frames), *out, *FAST, "--limit", "1"]) == 0
+    before = (tmp_path / "out" / "run.json").read_bytes()
+    labelled = write_frames(tmp_path / "labelled", 1)
+    write_png(labelled / "0000" / "labels.png", np.ones((HEIGHT, WIDTH), np.uint16))
+    assert run(["benchmark", str(labelled), *out, "-k", "2", "--presets", "fast"]) == 2
+    assert "has a run of another command (batch.csv)" in capsys.readouterr().err
+    assert (tmp_path / "out" / "run.json").read_bytes() == before
+
+
 def test_clouds_are_a_scene_a_file(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     group = (np.arange(400) % 2).astype(np.int32)

@@ -285,6 +285,18 @@ def test_too_many_segments_do_not_lock_a_run(
     assert _outcome(tmp_path / "out")["k"] == 2
 
 
+def test_a_folder_takes_one_run_at_a_time(cloud: Path, tmp_path: Path) -> None:
+    refused: list[str] = []
+
+    def again(*_: Any) -> None:
+        with pytest.raises(GeohueError, match="another run works there") as found:
+            segment_file(cloud, tmp_path / "out", 3, processes=1, resume=True)
+        refused.append(str(found.value))
+
+    segment_file(cloud, tmp_path / "out", 3, weight=1.0, processes=1, progress=again)
+    assert len(refused) > 3
+
+
 def test_an_unfinished_run_is_not_overwritten(stopped: Path, cloud: Path) -> None:
     with pytest.raises(GeohueError, match="--resume"):
         segment_file(cloud, stopped, 3, weight=1.0, processes=1)

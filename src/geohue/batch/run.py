@@ -15,9 +15,8 @@ from geohue.batch.settings import Settings
 from geohue.errors import GeohueError
 from geohue.evaluate.machine import describe_machine
 from geohue.io.results import write_results
-from geohue.jobs.ledger import Ledger, Row
-from geohue.jobs.pool import run_jobs
-from geohue.jobs.run import SETTINGS, open_run
+from geohue.jobs.ledger import Row
+from geohue.jobs.run import SETTINGS, Place, Table, run_table
 
 TABLE = "batch.csv"
 KEYS = ("name",)
@@ -31,6 +30,11 @@ class Task:
     item: Item
     settings: Settings
     out: Path
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """The name of its row."""
+        return (self.item.name,)
 
 
 def run_task(task: Task) -> dict[str, Any]:
@@ -95,8 +99,8 @@ def batch(
     Raises
     ------
     GeohueError
-        If `out` has a run and `resume` is not set, that run had other settings, or the scheduler
-        is of no use.
+        If `out` has a run and `resume` is not set, that run had other settings or is under way,
+        or the scheduler is of no use.
 
     Examples
     --------
@@ -111,18 +115,14 @@ def batch(
     target = Path(out).absolute()
     chosen = settings or Settings()
     asked = {"version": __version__, **(source or {}), **chosen.as_dict()}
-    open_run(target, TABLE, asked, {"machine": describe_machine()}, resume)
-    ledger = Ledger(target / TABLE, FIELDS, KEYS)
-    done = {name for (name,), row in ledger.rows().items() if not row["error"]}
-    todo = [Task(item, chosen, target) for item in items if item.name not in done]
-    outcomes = run_jobs(run_task, todo, processes, scheduler)
-    for count, outcome in enumerate(outcomes, start=len(items) - len(todo) + 1):
-        name, error = outcome.job.item.name, outcome.error or ""
-        ledger.append({"name": name} | (outcome.result or {}) | {"error": error})
-        if progress is not None:
-            progress(count, len(items), f"{name}: {error}" if error else name)
-    order = {item.name: i for i, item in enumerate(items)}
-    # Rows of an earlier, larger run stay, at the end.
-    ledger.sort(lambda key: (order.get(key[0], len(order)), key))
-    rows = ledger.rows()
-    return [rows[(item.name,)] for item in items]
+    return run_table(
+        target,
+        Table(TABLE, FIELDS, KEYS),
+        asked,
+        {"machine": describe_machine()},
+        run_task,
+        [Task(item, chosen, target) for item in items],
+        Place(processes, scheduler),
+        resume=resume,
+        progress=progress,
+    )

@@ -17,9 +17,8 @@ from geohue.evaluate.frames import Frame, find_frames, load_frame
 from geohue.evaluate.machine import describe_machine
 from geohue.evaluate.trials import Conditions, Trial, answer, scores
 from geohue.io.images import write_png
-from geohue.jobs.ledger import Ledger, Row
-from geohue.jobs.pool import run_jobs
-from geohue.jobs.run import open_run
+from geohue.jobs.ledger import Row
+from geohue.jobs.run import Place, Table, run_table
 from geohue.scene import Scene
 
 TABLE = "frames.csv"
@@ -142,35 +141,24 @@ def benchmark(
     ------
     GeohueError
         If there are no frames, `out` has a run and `resume` is not set, or that run had other
-        settings.
+        settings or is under way.
     """
     # Workers of a cluster start in other folders: they need names that hold everywhere.
     place = Path if scheduler is None else Path.absolute
     target = place(Path(out))
     frames = find_frames(place(Path(folder)), limit)
-    settings = _settings(conditions or Conditions(), crop)
-    open_run(target, TABLE, settings, {"machine": describe_machine()}, resume)
-    cells = [
-        Cell(frame, trial, conditions or Conditions(), crop, target)
-        for frame in frames
-        for trial in trials
-    ]
-    ledger = Ledger(target / TABLE, FIELDS, KEYS)
-    done = {key for key, row in ledger.rows().items() if not row["error"]}
-    todo = [cell for cell in cells if cell.key not in done]
-    for count, outcome in enumerate(
-        run_jobs(run_cell, todo, processes, scheduler), start=len(cells) - len(todo) + 1
-    ):
-        named = dict(zip(KEYS, outcome.job.key, strict=True))
-        ledger.append(named | (outcome.result or {}) | {"error": outcome.error or ""})
-        if progress is not None:
-            text = " ".join(part for part in outcome.job.key if part != "-")
-            progress(count, len(cells), f"{text}: {outcome.error}" if outcome.error else text)
-    order = {cell.key: i for i, cell in enumerate(cells)}
-    # Rows of an earlier, larger run stay, at the end.
-    ledger.sort(lambda key: (order.get(key, len(order)), key))
-    rows = ledger.rows()
-    return [rows[cell.key] for cell in cells]
+    chosen = conditions or Conditions()
+    return run_table(
+        target,
+        Table(TABLE, FIELDS, KEYS),
+        _settings(chosen, crop),
+        {"machine": describe_machine()},
+        run_cell,
+        [Cell(frame, trial, chosen, crop, target) for frame in frames for trial in trials],
+        Place(processes, scheduler),
+        resume=resume,
+        progress=progress,
+    )
 
 
 def _settings(conditions: Conditions, crop: Crop | None) -> dict[str, Any]:

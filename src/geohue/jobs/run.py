@@ -3,17 +3,120 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 from geohue.errors import GeohueError
 from geohue.io.atomic import atomic_write
 from geohue.io.files import broken, read_bytes, reason
+from geohue.jobs.ledger import Ledger, Row
+from geohue.jobs.lock import only_run
+from geohue.jobs.pool import run_jobs
 
 SETTINGS = "run.json"
 """The file that says what a folder's run was asked to do."""
+
+_TABLE = "table"  # what tells runs of different commands apart
+
+
+class Keyed(Protocol):
+    """A job that has a row."""
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """The name of its row: the key columns."""
+
+
+KeyedJob = TypeVar("KeyedJob", bound=Keyed)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The table of a run (`Ledger`).
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    fields : tuple of str
+        The columns; ``error`` is one.
+    keys : tuple of str
+        Those that name a row.
+    """
+
+    name: str
+    fields: tuple[str, ...]
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the jobs run: `processes` and `scheduler` as of `run_jobs`."""
+
+    processes: int = 1
+    scheduler: str | None = None
+
+
+def run_table(
+    folder: Path,
+    table: Table,
+    settings: Mapping[str, Any],
+    notes: Mapping[str, Any],
+    function: Callable[[KeyedJob], Mapping[str, Any]],
+    jobs: Sequence[KeyedJob],
+    place: Place,
+    *,
+    resume: bool = False,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> list[Row]:
+    """Run every job that has no row yet, each a row of a folder's table as it ends.
+
+    Parameters
+    ----------
+    folder : Path
+    table : Table
+    settings, notes : mapping
+        As of `open_run`.
+    function : callable
+        Returns the cells of a job's row but for its key and error.
+    jobs : sequence of Keyed
+    place : Place
+    resume : bool
+        Go on with what is in `folder`: rows are kept, failures tried once more.
+    progress : callable, optional
+        Called with the number of jobs done, their number in all, and a line about the last.
+
+    Returns
+    -------
+    list of dict of str to str
+        The rows, in the order of `jobs`; ``error`` is not empty where one failed.
+
+    Raises
+    ------
+    GeohueError
+        As `open_run`, `only_run` and `run_jobs` do.
+    """
+    with only_run(folder):
+        open_run(folder, table.name, settings, notes, resume)
+        ledger = Ledger(folder / table.name, table.fields, table.keys)
+        done = {key for key, row in ledger.rows().items() if not row["error"]}
+        todo = [job for job in jobs if job.key not in done]
+        outcomes = run_jobs(function, todo, place.processes, place.scheduler)
+        for count, outcome in enumerate(outcomes, start=len(jobs) - len(todo) + 1):
+            key, error = outcome.job.key, outcome.error or ""
+            named = dict(zip(table.keys, key, strict=True))
+            ledger.append(named | dict(outcome.result or {}) | {"error": error})
+            if progress is not None:
+                text = " ".join(part for part in key if part != "-")
+                progress(count, len(jobs), f"{text}: {error}" if error else text)
+        order = {job.key: i for i, job in enumerate(jobs)}
+        # Rows of an earlier, larger run stay, at the end.
+        ledger.sort(lambda key: (order.get(key, len(order)), key))
+        rows = ledger.rows()
+        return [rows[job.key] for job in jobs]
 
 
 def open_run(
@@ -41,8 +144,8 @@ def open_run(
     Raises
     ------
     GeohueError
-        If there is a run with at least a row and `resume` is not set, or that run had other
-        settings.
+        If there is a run with at least a row and `resume` is not set, that run had other
+        settings, or was one of another command.
 
     Examples
     --------
@@ -51,11 +154,14 @@ def open_run(
     >>> open_run(folder, "t.csv", {"k": 2}, {}, resume=True)
     """
     file = folder / SETTINGS
+    other = _table_of(file)
+    if other not in (None, table) and has_rows(folder / other):
+        raise GeohueError(f"{folder}: has a run of another command ({other}); give another folder")
     known = file.exists() or (folder / table).exists()
     # A run that ended before its first row, for want of a scheduler say, may begin again.
     if not known or (not resume and not has_rows(folder / table)):
         with atomic_write(file) as temporary:
-            content = dict(settings) | dict(notes)
+            content = dict(settings) | dict(notes) | {_TABLE: table}
             temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
         return
     if not resume:
@@ -75,6 +181,15 @@ def has_rows(table: Path) -> bool:
         return False
     with table.open("rb") as file:
         return len(list(islice(file, 2))) == 2
+
+
+def _table_of(file: Path) -> str | None:
+    """Return the name of the table of a folder's run, None if it has none or does not say."""
+    try:
+        name = _settings_of(file).get(_TABLE) if file.exists() else None
+    except GeohueError:  # said where it matters
+        return None
+    return Path(name).name if isinstance(name, str) else None
 
 
 def _settings_of(file: Path) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from geohue.features import CUES, Cues
 from geohue.io.atomic import atomic_write
 from geohue.io.chunks import Chunks, open_chunks
 from geohue.io.files import broken, read_bytes
+from geohue.jobs.lock import only_run
 from geohue.large.fit import Decision, Fitted
 from geohue.large.memory import parse_memory, processes_within
 from geohue.large.pictures import draw
@@ -84,7 +85,7 @@ def segment_file(
     ------
     GeohueError
         For a file that cannot be read in pieces, bad arguments, too little memory, a run in `out`
-        that is not this one, or stretches that failed (the others are kept).
+        that is not this one or is under way, or stretches that failed (the others are kept).
 
     Examples
     --------
@@ -109,21 +110,22 @@ def segment_file(
         finished = _finished(folder, identity)
         if finished is not None:
             return finished
-    state, clock = State(folder, identity, resume), StageClock()
-    with clock.stage("measure"):
-        moments = measure_all(source, state, question, crew)
-    fitted, decision = decide(source, state, moments, question, clock, crew)
-    with clock.stage("label"):
-        counts = label_all(source, state, fitted, targets, crew)
-    publish(targets)
-    name = preset if isinstance(preset, str) else "custom"
-    result = _result(folder, source, question, name, fitted, decision, counts, clock)
-    draw(folder, state.sample(), fitted, result)
-    with atomic_write(folder / RESULT) as temporary:
-        content = result.summary() | {"run": identity}
-        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    state.end()
-    return result
+    with only_run(folder):
+        state, clock = State(folder, identity, resume), StageClock()
+        with clock.stage("measure"):
+            moments = measure_all(source, state, question, crew)
+        fitted, decision = decide(source, state, moments, question, clock, crew)
+        with clock.stage("label"):
+            counts = label_all(source, state, fitted, targets, crew)
+        publish(targets)
+        name = preset if isinstance(preset, str) else "custom"
+        result = _result(folder, source, question, name, fitted, decision, counts, clock)
+        draw(folder, state.sample(), fitted, result)
+        with atomic_write(folder / RESULT) as temporary:
+            content = result.summary() | {"run": identity}
+            temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        state.end()
+        return result
 
 
 RESULT = "result.json"
