@@ -55,7 +55,7 @@ def test_unknown_format(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     cv2.imwrite(str(depth), np.full((20, 30), 1000, np.uint16))
     out = ["-o", str(tmp_path / "out"), "--format", "obj"]
     assert run(["segment", str(color), str(depth), "-k", "1", *out]) == 2
-    assert "pcd, las, laz, coco, segments" in capsys.readouterr().err
+    assert "ply, pcd, las, laz, coco, segments" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

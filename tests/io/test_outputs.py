@@ -117,6 +117,18 @@ def test_all_formats_of_a_grid(tmp_path: Path, grid: Scene) -> None:
         assert np.array_equal(cloud.colors, grid.colors.reshape(-1, 3))
 
 
+def test_ply_can_be_asked_for(tmp_path: Path, grid: Scene) -> None:
+    seg = segment(grid, k=3, preset="fast")
+    usual = write_results(tmp_path / "usual", grid, seg, ["ply"])
+    assert [file.name for file in usual].count("segmented.ply") == 1
+    lean = write_results(tmp_path / "lean", grid, seg, ["ply"], lean=True)
+    assert [file.name for file in lean] == ["labels.png", "segmented.ply", "result.json"]
+    written = [
+        (folder / "segmented.ply").read_bytes() for folder in (lean[0].parent, tmp_path / "usual")
+    ]
+    assert written[0] == written[1]
+
+
 def test_ply_opens_in_trimesh_with_colours(tmp_path: Path, grid: Scene) -> None:
     import trimesh
 
@@ -149,7 +161,7 @@ def test_refuses_before_anything_is_written(
     flat = segment(cloud, k=3, preset="fast")
     monkeypatch.setitem(sys.modules, "laspy", None)
     for scene, result, name, cause in (
-        (grid, seg, "obj", "choose among pcd"),
+        (grid, seg, "obj", "choose among ply, pcd"),
         (cloud, flat, "coco", "needs a grid"),
         (Scene.from_image(grid.colors), seg, "pcd", "needs geometry"),
         (grid, seg, "las", "needs laspy"),

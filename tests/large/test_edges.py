@@ -45,6 +45,9 @@ def test_too_large_for_memory_is_read_in_pieces(
     assert run(["segment", cloud, *options]) == 0
     assert "3000 points would take" in capsys.readouterr().err
     assert "n_sample" in json.loads((out / "result.json").read_text())
+    assert run(["segment", cloud, *options, "--threads", "1"]) == 2
+    told = capsys.readouterr().err
+    assert "reading in pieces (the cloud does not fit in memory) and --threads do not go" in told
     monkeypatch.setattr(memory, "available_memory", lambda: 10**10)
     assert run(["segment", cloud, *options]) == 0
     assert capsys.readouterr().err == ""
@@ -59,6 +62,12 @@ def test_too_large_for_memory_is_read_in_pieces(
         (["--memory", "2GB", "--method", "kmeans"], "leave out --method kmeans"),
         (["--processes", "1", "--components"], "leave out --components"),
         (["--resume", "--right", "b.png"], "--resume and --right do not go together"),
+        (["--memory", "2GB", "--threads", "1"], "--memory and --threads do not go together"),
+        (["--memory", "2GB", "--depth-scale", "tum"], "leave out --depth-scale"),
+        (["--memory", "2GB", "--disparity-scale", "1/256"], "leave out --disparity-scale"),
+        (["--memory", "2GB", "--views", "1"], "leave out --views"),
+        (["--memory", "2GB", "--frame", "3"], "leave out --frame"),
+        (["--memory", "2GB", "--no-fill"], "leave out --no-fill"),
         (["--processes", "2", "--scheduler", "tcp://a:1"], "both say where to work"),
         (["--memory", "2GB", "--json"], "give the folder of the labels with -o"),
         (["--memory", "2GB", "--format", "coco", "-o", "out"], "choose ply"),

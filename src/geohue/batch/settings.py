@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from geohue.choice import K_LIMIT, Weight
+from geohue.choice import Weight, check_arguments
 from geohue.clusterers import check_method
 from geohue.driver import segment
 from geohue.errors import GeohueError
 from geohue.features import CUES, Cues
 from geohue.io.results import FORMATS
-from geohue.presets import WEIGHT_RULES, preset_named
+from geohue.presets import preset_named
 from geohue.scene import Scene
 from geohue.segmentation import Segmentation
 
@@ -50,17 +50,7 @@ class Settings:
         check_method(self.method, self.cues, is_grid=True)
         for name in self.formats:
             _choose("format", name, FORMATS)
-        if self.k != "auto" and not 1 <= self.k <= K_LIMIT:
-            raise GeohueError(
-                f'k is {self.k}: expected "auto" or a whole number from 1 to {K_LIMIT}'
-            )
-        named = ("auto", *WEIGHT_RULES)
-        if self.weight not in named and not (not isinstance(self.weight, str) and self.weight >= 0):
-            raise GeohueError(
-                f"weight is {self.weight}: expected {', '.join(named)}, or at least 0"
-            )
-        if self.seed < 0:
-            raise GeohueError(f"seed is {self.seed}: expected a whole number of at least 0")
+        check_arguments(self.k, self.weight, self.seed)
 
     def segment(self, scene: Scene) -> Segmentation:
         """Segment a scene with one thread."""

@@ -9,7 +9,7 @@ import typer
 
 from geohue.cli import options
 from geohue.cli.console import print_json, read_camera, read_weight, warn, whole_or_auto
-from geohue.cli.jobs import Scheduler, check_place, job_bar
+from geohue.cli.jobs import check_place, job_bar
 
 if TYPE_CHECKING:
     from geohue.jobs.ledger import Row
@@ -26,31 +26,15 @@ def batch(
     ] = None,
     intrinsics: options.Intrinsics = None,
     depth_scale: options.DepthScale = None,
-    k: Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")] = "auto",
-    weight: Annotated[
-        str,
-        typer.Option(
-            "--lambda",
-            metavar="auto|quality|agreement|FLOAT",
-            help="Weight of geometry against colour, or the rule that chooses it.",
-        ),
-    ] = "auto",
-    cues: Annotated[str, typer.Option(help="fusion, color or geometry.")] = "fusion",
-    preset: Annotated[str, typer.Option(help="paper, fast or best.")] = "paper",
-    method: Annotated[
-        str, typer.Option(help="nncsc (the paper's), or a compared system.")
-    ] = "nncsc",
-    seed: Annotated[int, typer.Option(help="Source of chance.")] = 0,
-    components: Annotated[
-        bool, typer.Option("--components", help="Number connected pieces one by one.")
-    ] = False,
-    fill: Annotated[bool, typer.Option(help="Label pixels without depth too.")] = True,
-    formats: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--format", help="Write this too: pcd, las, laz, coco or segments. Repeatable."
-        ),
-    ] = None,
+    k: options.Count = "auto",
+    weight: options.Weight = "auto",
+    cues: options.Cues = "fusion",
+    preset: options.Preset = "paper",
+    method: options.Method = "nncsc",
+    seed: options.Seed = 0,
+    components: options.Components = False,
+    fill: options.Fill = True,
+    formats: options.Formats = None,
     lean: Annotated[
         bool, typer.Option("--lean", help="Write labels and result.json only, no pictures.")
     ] = False,
@@ -61,7 +45,7 @@ def batch(
         int | None,
         typer.Option(help="Processes, each with one thread; by default one a core."),
     ] = None,
-    scheduler: Scheduler = None,
+    scheduler: options.Scheduler = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False,
     as_json: options.AsJson = False,
 ) -> None:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from geohue.cli import options
 from geohue.cli.console import whole_or_auto
-from geohue.cli.jobs import Scheduler, check_place, job_bar
+from geohue.cli.jobs import check_place, job_bar
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -25,11 +26,11 @@ def benchmark(
     ] = "nncsc",
     cues: Annotated[str, typer.Option(help="fusion, color, geometry, or all.")] = "fusion",
     presets: Annotated[str, typer.Option(help="paper, fast, best, or all.")] = "paper",
-    k: Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")] = "auto",
+    k: options.Count = "auto",
     components: Annotated[
         bool, typer.Option("--components", help="Each connected piece is a region.")
     ] = False,
-    seed: Annotated[int, typer.Option(help="Source of chance.")] = 0,
+    seed: options.Seed = 0,
     protocol: Annotated[
         str | None, typer.Option(help="nyu: the valid crop of NYU Depth V2.")
     ] = None,
@@ -43,7 +44,7 @@ def benchmark(
     processes: Annotated[
         int | None, typer.Option(help="Processes, each with one thread; by default 1.")
     ] = None,
-    scheduler: Scheduler = None,
+    scheduler: options.Scheduler = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False,
     plots: Annotated[bool, typer.Option(help="Draw plots and pictures.")] = True,
 ) -> None:

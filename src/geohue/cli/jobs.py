@@ -4,19 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Annotated
-
-import typer
 
 from geohue.errors import GeohueError
-
-Scheduler = Annotated[
-    str | None,
-    typer.Option(
-        metavar="tcp://HOST:PORT",
-        help="A dask scheduler: its workers do it, instead of processes here.",
-    ),
-]
 
 
 def check_place(processes: int | None, scheduler: str | None) -> None:

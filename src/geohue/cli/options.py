@@ -18,6 +18,7 @@ _STEREO = "Stereo"
 _RANGE = "Range sensor and cameras"
 _DATASET = "Data set"
 _LARGE = "Clouds larger than memory (.las .laz .ply .npy)"
+_CLUSTER = "Many machines"
 
 Source = Annotated[
     Path | None,
@@ -107,13 +108,39 @@ Scheduler = Annotated[
     str | None,
     typer.Option(
         metavar="tcp://HOST:PORT",
-        help="Read in pieces on the workers of a dask scheduler.",
-        rich_help_panel=_LARGE,
+        help="A dask scheduler: its workers do it, instead of processes here (clouds in pieces).",
+        rich_help_panel=_CLUSTER,
     ),
 ]
 Resume = Annotated[
     bool,
     typer.Option("--resume", help="Go on with a killed run in DIR.", rich_help_panel=_LARGE),
+]
+Count = Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")]
+Weight = Annotated[
+    str,
+    typer.Option(
+        "--lambda",
+        metavar="auto|quality|agreement|FLOAT",
+        help="Weight of geometry against colour, or the rule that chooses it.",
+    ),
+]
+Cues = Annotated[str, typer.Option(help="fusion, color or geometry.")]
+Preset = Annotated[str, typer.Option(help="paper, fast or best.")]
+Method = Annotated[
+    str, typer.Option(help="nncsc (the paper's), or a compared system: kmeans, meanshift, ...")
+]
+Seed = Annotated[int, typer.Option(help="Source of chance.")]
+Components = Annotated[
+    bool, typer.Option("--components", help="Number connected pieces one by one.")
+]
+Fill = Annotated[bool, typer.Option(help="Label pixels without depth too.")]
+Formats = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--format",
+        help="Write this too: ply, pcd, las, laz, coco or segments (in pieces: ply). Repeatable.",
+    ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]
 

@@ -25,34 +25,16 @@ def segment(
     views: options.Views = 2,
     cameras: options.Cameras = None,
     frame: options.Frame = 0,
-    k: Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")] = "auto",
-    weight: Annotated[
-        str,
-        typer.Option(
-            "--lambda",
-            metavar="auto|quality|agreement|FLOAT",
-            help="Weight of geometry against colour, or the rule that chooses it.",
-        ),
-    ] = "auto",
-    cues: Annotated[str, typer.Option(help="fusion, color or geometry.")] = "fusion",
-    preset: Annotated[str, typer.Option(help="paper, fast or best.")] = "paper",
-    method: Annotated[
-        str,
-        typer.Option(help="nncsc (the paper's), or a compared system: kmeans, meanshift, ..."),
-    ] = "nncsc",
-    seed: Annotated[int, typer.Option(help="Source of chance.")] = 0,
-    components: Annotated[
-        bool, typer.Option("--components", help="Number connected pieces one by one.")
-    ] = False,
-    fill: Annotated[bool, typer.Option(help="Label pixels without depth too.")] = True,
+    k: options.Count = "auto",
+    weight: options.Weight = "auto",
+    cues: options.Cues = "fusion",
+    preset: options.Preset = "paper",
+    method: options.Method = "nncsc",
+    seed: options.Seed = 0,
+    components: options.Components = False,
+    fill: options.Fill = True,
     threads: Annotated[int | None, typer.Option(help="Threads; by default one a core.")] = None,
-    formats: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--format",
-            help="Write this too: pcd, las, laz, coco or segments; ply in pieces. Repeatable.",
-        ),
-    ] = None,
+    formats: options.Formats = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Where results go [geohue-out]."),
@@ -78,16 +60,22 @@ def segment(
     note = None if asked or components or method != "nncsc" else too_large(source)
     if asked or note is not None:
         options.check_pieces(
-            asked[0] if asked else "reading in pieces",
+            asked[0] if asked else "reading in pieces (the cloud does not fit in memory)",
             method,
             components,
             DEPTH=depth,
             sample=sample,
             intrinsics=intrinsics,
+            depth_scale=depth_scale,
             right=right,
             disparity=disparity,
+            disparity_scale=disparity_scale,
             calib=calib,
+            views=views != 2,
             camera=cameras,
+            frame=frame,
+            threads=threads is not None,
+            no_fill=not fill,
         )
         warn([] if note is None else [note])
         segment_pieces(

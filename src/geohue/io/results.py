@@ -23,9 +23,10 @@ from geohue.segmentation import Segmentation
 _LABEL_LIMIT = np.iinfo(np.uint16).max - 1
 
 
-FORMATS = ("pcd", "las", "laz", "coco", "segments")
-"""What can be written beside the usual files: ``segmented.pcd``, ``segmented.las`` or ``.laz`` with
-the extra dimension ``segment_id``, ``coco.json``, and ``segments.png``, the labels in colours."""
+FORMATS = ("ply", "pcd", "las", "laz", "coco", "segments")
+"""What can be asked for: ``segmented.ply`` (a usual file, unless lean), ``segmented.pcd``,
+``segmented.las`` or ``.laz`` with the extra dimension ``segment_id``, ``coco.json``, and
+``segments.png``, the labels in colours."""
 
 
 def write_results(
@@ -49,7 +50,7 @@ def write_results(
     formats : sequence of str
         More files: any of `FORMATS`.
     lean : bool
-        Leave out the pictures and ``segmented.ply``.
+        Leave out the pictures and, if it is not among `formats`, ``segmented.ply``.
 
     Returns
     -------
@@ -79,8 +80,9 @@ def write_results(
     if not lean:
         files += _write_views(target, scene, seg)
     for file, write in extra:
-        write(file)
-        files.append(file)
+        if file not in files:
+            write(file)
+            files.append(file)
     files.append(target / "result.json")
     with atomic_write(files[-1]) as temporary:
         temporary.write_text(json.dumps(seg.summary(), indent=2) + "\n", encoding="utf-8")
@@ -117,6 +119,7 @@ def _writers(
         writers["segments"] = ("segments.png", lambda file: write_png(file, paint(seg.labels)))
     if known.any():
         columns = scene.points[known], scene.colors[known], seg.labels[known]
+        writers["ply"] = ("segmented.ply", lambda file: write_ply(file, *columns))
         writers["pcd"] = ("segmented.pcd", lambda file: _write_pcd(file, scene, seg))
         writers["las"] = ("segmented.las", lambda file: _write_las(file, *columns))
         writers["laz"] = ("segmented.laz", lambda file: _write_las(file, *columns))
