@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import struct
+import tracemalloc
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -261,6 +262,23 @@ def test_bright_point_among_dark_ones_is_told(tmp_path: Path) -> None:
     chunks = open_chunks(tmp_path / "a.npy")
     with pytest.raises(GeohueError, match="60000"):
         chunks.read(4000, 6000)
+
+
+def test_points_far_into_a_laz_file_are_not_read_for_its_head(tmp_path: Path) -> None:
+    pytest.importorskip("lazrs", reason="needs geohue[clouds]")
+    file, far = tmp_path / "a.laz", 400 << 20
+    _las(file)
+    with file.open("r+b") as handle:
+        handle.truncate(far + 100)  # a hole, which takes no space
+        handle.seek(96)
+        handle.write(struct.pack("<I", far))
+    tracemalloc.start()
+    try:
+        with pytest.raises(GeohueError, match="its chunk table is missing"):
+            open_chunks(file)
+        assert tracemalloc.get_traced_memory()[1] < 200 << 20
+    finally:
+        tracemalloc.stop()
 
 
 def test_real_laz(data_dir: Path) -> None:

@@ -111,3 +111,10 @@ def test_a_cluster_gives_the_same(
         there = segment_file(cloud, tmp_path / "there", 3, weight=1.0, scheduler=address)
     assert there.sizes == here.sizes
     np.testing.assert_array_equal(np.load(there.labels_file), np.load(here.labels_file))
+
+
+def test_help_names_what_is_used_by_default(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["segment", "--help"]) == 0
+    told = " ".join(word for word in capsys.readouterr().out.split() if word.isascii())
+    assert "by default geohue-out." in told
+    assert "by default one a core." in told

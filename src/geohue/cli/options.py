@@ -101,7 +101,9 @@ Memory = Annotated[
 Processes = Annotated[
     int | None,
     typer.Option(
-        min=1, help="Read in pieces with so many processes [one a core].", rich_help_panel=_LARGE
+        min=1,
+        help="Read in pieces with so many processes; by default one a core.",
+        rich_help_panel=_LARGE,
     ),
 ]
 Scheduler = Annotated[

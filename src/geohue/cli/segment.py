@@ -37,7 +37,7 @@ def segment(
     formats: options.Formats = None,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", metavar="DIR", help="Where results go [geohue-out]."),
+        typer.Option("-o", "--out", metavar="DIR", help="Where results go; by default geohue-out."),
     ] = None,
     as_json: options.AsJson = False,
     memory: options.Memory = None,

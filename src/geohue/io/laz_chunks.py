@@ -9,6 +9,7 @@ from typing import Any, BinaryIO
 from geohue.io.files import broken, reason
 from geohue.io.laz_check import _EXTRA_BYTES, _LAYERED, _LAYERS, _MOST_ITEMS, _laszip_record
 
+_HEAD = 1 << 26  # where the laszip record must be; a damaged header may put the points at 4 GB
 _VARIABLE = 0xFFFFFFFF  # chunk size of files whose chunks differ in size
 
 
@@ -30,7 +31,7 @@ def check_laz_file(path: Path, count: int, lazrs: Any) -> None:
         size, start, n_vlrs = struct.unpack_from("<HII", head, 94)
         (width,) = struct.unpack_from("<H", head, 105)
         file.seek(0)
-        record, items = _record(file.read(start), size, n_vlrs, width, path)
+        record, items = _record(file.read(min(start, _HEAD)), size, n_vlrs, width, path)
         end = _check_table(file, start, length, path)
         file.seek(start)
         try:
