@@ -12,6 +12,7 @@ import numpy as np
 from geohue.io.images import write_png
 
 HEIGHT, WIDTH = 36, 48
+TAKES_S = 0.3  # a job that takes a moment
 
 
 def write_frames(folder: Path, count: int = 3) -> Path:
@@ -32,7 +33,7 @@ def note_and_square(job: tuple[int, str]) -> int:
     """Leave a file that tells the number and the process, take a moment, return the square."""
     number, folder = job
     (Path(folder) / f"{number}-{os.getpid()}").touch()
-    time.sleep(0.15)
+    time.sleep(TAKES_S)
     return number * number
 
 
