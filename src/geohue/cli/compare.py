@@ -55,7 +55,9 @@ def compare(
     ] = 600.0,
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", metavar="DIR", help="Where results go; by default geohue-compare."),
+        typer.Option(
+            "-o", "--out", metavar="DIR", help="Where results go; by default geohue-compare."
+        ),
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:
