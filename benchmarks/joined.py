@@ -1,6 +1,6 @@
 """Scores of a benchmark's segmentations with small regions joined to their neighbours, for all.
 
-    python -m benchmarks.joined FOLDER RUN [--protocol nyu] [--share 0.002] [--least 30]
+    python -m benchmarks.joined FOLDER RUN [--protocol nyu] [--share 0.002] [--least 30] [--limit N]
 
 RUN is the folder of a ``geohue benchmark`` over the frames of FOLDER. Compared systems keep regions
 of a few pixels, which VoI and covering count in full and the paper's method merges: here every
@@ -43,15 +43,17 @@ def main() -> None:
     parser.add_argument("--protocol", choices=sorted(PROTOCOLS))
     parser.add_argument("--share", type=float, default=0.002)
     parser.add_argument("--least", type=int, default=30)
+    parser.add_argument("--limit", type=int)
     given = parser.parse_args()
     trials = {
         folder.name: {file.stem for file in folder.glob("*.png")}
         for folder in sorted((given.run / "labels").iterdir())
     }
     trials = {name: frames for name, frames in trials.items() if len(frames) >= given.least}
-    common = set.intersection(*trials.values())
+    frames = find_frames(given.folder, given.limit)
+    common = set.intersection({frame.name for frame in frames}, *trials.values())
     scores: dict[str, list[tuple[float, ...]]] = {name: [] for name in trials}
-    for frame in find_frames(given.folder):
+    for frame in frames:
         if frame.name not in common:
             continue
         _, truth = load_frame(frame, PROTOCOLS.get(given.protocol or ""))
