@@ -17,7 +17,7 @@ from geohue.parallel import Workers
 from geohue.presets import WEIGHT_RULES, Preset, WeightRule
 from geohue.regions import merge_small_regions
 from geohue.scene import Scene
-from geohue.weight.agreement import HALF_OCTAVES, weight_by_agreement
+from geohue.weight.agreement import weight_by_agreement
 from geohue.weight.quality import QualityMetric
 from geohue.weight.search import Curve, search_weight
 
@@ -83,8 +83,9 @@ class Choice:
         if rule == "quality":
             steps = self.settings.weights, self.settings.refinements
             return search_weight(lambda weight: score(split(weight)), self.team, *steps)
-        best, maps = weight_by_agreement(split, small, self.team)
-        values = zip(HALF_OCTAVES, map(score, maps), strict=True)
+        compared = self.settings.compared
+        best, maps = weight_by_agreement(split, small, self.team, compared)
+        values = zip(compared, self.team.map(score, maps), strict=True)
         return best, [(weight, value) for weight, value in values if value is not None]
 
     def tidied(self, labels: NDArray[np.int32], scene: Scene) -> NDArray[np.int32]:

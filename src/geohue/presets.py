@@ -10,7 +10,7 @@ from geohue.ncut.affinity import SCALE
 from geohue.ncut.labels import Labelling
 from geohue.ncut.landmarks import Choice
 from geohue.ncut.selectors import K_MAX, Selector
-from geohue.weight.search import COARSE, REFINEMENTS
+from geohue.weight.search import COARSE, HALF_OCTAVES, REFINEMENTS
 
 Fit = Literal["all", "draft"]
 Fill = Literal["appendix", "watershed"]
@@ -50,6 +50,8 @@ class Preset:
         What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`.
     weights, refinements : tuple of float
         Weights tried first, and the steps around the best (`search_weight`).
+    compared : tuple of float
+        Weights whose segmentations are compared by `weight_by_agreement`, in increasing order.
     min_region : float
         Smaller regions of a grid, as a share of its pixels, join what surrounds them.
     fill : {"appendix", "watershed"}
@@ -69,6 +71,7 @@ class Preset:
     weight_rule: WeightRule = "quality"
     weights: tuple[float, ...] = COARSE
     refinements: tuple[float, ...] = REFINEMENTS
+    compared: tuple[float, ...] = HALF_OCTAVES
     min_region: float = 0.002
     fill: Fill = "appendix"
 
@@ -82,6 +85,7 @@ PRESETS: dict[str, Preset] = {
         restarts=2,
         center_points=2_000,
         weight_rule="agreement",
+        compared=HALF_OCTAVES[2:-2],
         fill="watershed",
     ),
     "best": Preset(landmarks=300, draft_points=40_000, weight_rule="agreement"),

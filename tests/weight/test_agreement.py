@@ -11,12 +11,8 @@ from numpy.typing import NDArray
 
 from geohue import PRESETS, Scene, segment
 from geohue.parallel import Workers, workers
-from geohue.weight.agreement import (
-    HALF_OCTAVES,
-    BorderContrast,
-    _distances,
-    weight_by_agreement,
-)
+from geohue.weight.agreement import BorderContrast, _distances, weight_by_agreement
+from geohue.weight.search import HALF_OCTAVES
 from twins import agreement as twin
 
 ALONE = Workers(None)
@@ -133,6 +129,8 @@ def test_in_the_driver(three_boxes: tuple[Scene, NDArray[np.int32]]) -> None:
     result = segment(scene, 3, "agreement")
     assert result.weight in HALF_OCTAVES
     assert [w for w, _ in result.weight_curve] == list(HALF_OCTAVES)
+    quick = segment(scene, 3, preset="fast")
+    assert [w for w, _ in quick.weight_curve] == list(PRESETS["fast"].compared)
     assert PRESETS["best"].weight_rule == PRESETS["fast"].weight_rule == "agreement"
     assert PRESETS["paper"].weight_rule == "quality"
     fast = segment(scene, 3, preset="fast")

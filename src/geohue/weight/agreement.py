@@ -18,9 +18,7 @@ from numpy.typing import NDArray
 from geohue.features import lab_of
 from geohue.parallel import Workers
 from geohue.scene import Scene
-
-HALF_OCTAVES: tuple[float, ...] = tuple(2.0 ** (e / 2) for e in range(-8, 9))
-"""The weights that are compared."""
+from geohue.weight.search import HALF_OCTAVES
 
 _CLOUD_NEIGHBOURS = 5
 
@@ -72,7 +70,7 @@ def weight_by_agreement(
     """
     contrast = BorderContrast(scene)
     maps = list(workers.map(split, weights))
-    steps = np.array([contrast(labels) for labels in maps])
+    steps = np.array(list(workers.map(contrast, maps)))
     usable = np.flatnonzero(np.isfinite(steps))
     if len(usable) == 0:
         return 1.0, maps

@@ -17,6 +17,9 @@ COARSE: tuple[float, ...] = tuple(2.0**e for e in range(-4, 5))
 REFINEMENTS = (0.5, 0.25)
 """Steps around the best weight so far, in octaves."""
 
+HALF_OCTAVES: tuple[float, ...] = tuple(2.0 ** (e / 2) for e in range(-8, 9))
+"""The weights that `geohue.weight.agreement` compares."""
+
 
 def search_weight(
     score: Callable[[float], float | None],
