@@ -9,7 +9,7 @@ from pathlib import Path
 
 from geohue.parallel import cores
 
-PACKAGES = ("numpy", "scipy", "scikit-image", "scikit-learn", "opencv-python-headless", "numba")
+PACKAGES = ("numpy", "scipy", "scikit-image", "opencv-python-headless", "numba")
 
 
 def describe_machine() -> dict[str, str]:
