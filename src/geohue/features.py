@@ -11,6 +11,12 @@ from numpy.typing import NDArray
 from geohue.errors import GeohueError
 from geohue.scene import Scene
 
+SAME_COLOR = "all colours are equal: colour says nothing here"
+SAME_PLACE = "all points lie in one place: geometry says nothing here"
+
+FLOOR = 1e-6
+"""A spread below this share of the numbers is rounding of these, not structure."""
+
 Cues = Literal["fusion", "color", "geometry"]
 CUES: tuple[Cues, ...] = get_args(Cues)
 
@@ -163,10 +169,10 @@ def extract_features(scene: Scene, cues: Cues = "fusion") -> Features:
     notes: list[str] = []
     if cues != "geometry":
         color, constant = _color_part(scene, index)
-        notes += ["all colours are equal: colour says nothing here"] * constant
+        notes += [SAME_COLOR] * constant
     if cues != "color":
         geometry, constant = _normalized(_rows(scene.points, index))
-        notes += ["all points lie in one place: geometry says nothing here"] * constant
+        notes += [SAME_PLACE] * constant
     return Features(color, geometry, index, scene.shape, cues, tuple(notes))
 
 
@@ -232,8 +238,7 @@ def _normalized(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], bool]
         column -= means[j]
         deviations[j] = np.sqrt(np.multiply(column, column, out=square).mean())
     sigma = float(deviations.mean())
-    # Below this the spread is rounding of the coordinates, not structure.
-    floor = 1e-6 * max(float(values.max(initial=0)), -float(values.min(initial=0)))
+    floor = FLOOR * max(float(values.max(initial=0)), -float(values.min(initial=0)))
     if sigma <= floor:
         return np.zeros(values.shape, np.float32), True
     scaled = np.empty(values.shape, np.float32)

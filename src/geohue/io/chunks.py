@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.io.files import broken
+from geohue.io.files import broken, check_file
 
 Chunk = tuple[NDArray[np.float64], NDArray[np.uint8]]
 """Coordinates (m, 3) as in the file, NaN where missing, and sRGB (m, 3)."""
@@ -76,12 +76,7 @@ def open_chunks(path: str | Path) -> Chunks:
     if opener is None:
         endings = " ".join(CHUNKED_SUFFIXES)
         raise broken(path, f"cannot be read in pieces ({endings} can); convert it to .laz")
-    if file.is_dir():
-        raise broken(path, "is a folder; name a file in it")
-    if not file.exists():
-        raise broken(path, "no such file; check the name and the folder")
-    if not file.is_file():
-        raise broken(path, "is not a regular file; save the data to a file first")
+    check_file(path)
     if file.stat().st_size == 0:
         raise broken(path, "is empty (0 bytes); copy or export it again")
     return opener(file)

@@ -34,6 +34,17 @@ def with_notes(
     return content, tuple(str(warning.message) for warning in caught)
 
 
+def check_file(path: str | Path) -> None:
+    """Raise `GeohueError` unless a path names a regular file that is there."""
+    file = Path(path)
+    if file.is_dir():
+        raise broken(path, "is a folder; name a file in it")
+    if not file.exists():
+        raise broken(path, "no such file; check the name and the folder")
+    if not file.is_file():
+        raise broken(path, "is not a regular file; save the data to a file first")
+
+
 def read_bytes(path: str | Path, limit: int | None = None) -> bytes:
     """Read a whole regular file.
 
@@ -56,12 +67,7 @@ def read_bytes(path: str | Path, limit: int | None = None) -> bytes:
     """
     file = Path(path)
     try:
-        if file.is_dir():
-            raise broken(path, "is a folder; name a file in it")
-        if not file.exists():
-            raise broken(path, "no such file; check the name and the folder")
-        if not file.is_file():
-            raise broken(path, "is not a regular file; save the data to a file first")
+        check_file(path)
         if limit is not None and file.stat().st_size > limit:
             raise broken(path, f"is larger than {limit} bytes, too large for a file of this kind")
         data = file.read_bytes()

@@ -7,14 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.features import Cues, Features, lab_of
+from geohue.features import FLOOR, SAME_COLOR, SAME_PLACE, Cues, Features, lab_of
 from geohue.large.moments import Moments
 
 _COLOR, _GEOMETRY = slice(0, 3), slice(3, 6)
-_NOTES = (
-    "all colours are equal: colour says nothing here",
-    "all points lie in one place: geometry says nothing here",
-)
 
 
 def raw_values(
@@ -73,8 +69,7 @@ class Standard:
         sigma = np.zeros(2)
         for i, part in enumerate((_COLOR, _GEOMETRY)):
             spread = float(moments.deviation[part].mean())
-            # Below the floor, as in `extract_features`, it is rounding of the coordinates.
-            if spread > 1e-6 * _size(moments.low[part], moments.high[part]):
+            if spread > FLOOR * _size(moments.low[part], moments.high[part]):
                 sigma[i] = spread
         return cls(moments.mean, sigma, cues)
 
@@ -107,7 +102,7 @@ class Standard:
         used = (self.cues != "geometry", self.cues != "color")
         return tuple(
             note
-            for note, use, sigma in zip(_NOTES, used, self.sigma, strict=True)
+            for note, use, sigma in zip((SAME_COLOR, SAME_PLACE), used, self.sigma, strict=True)
             if use and sigma == 0
         )
 

@@ -87,34 +87,33 @@ class Cutter:
 
     def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Cut the draft; returns labels in the draft's shape, -1 where it has no point."""
-        labels = self._labels(self.draft, weight, k, Workers(None))
-        return self.draft.to_scene(labels)
+        draft = self.draft.mixed(weight)
+        return self.draft.to_scene(self._labels(draft, draft, k, Workers(None)))
 
     def labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Cut the scene; returns labels in its shape, -1 where it has no point."""
-        return self._features.to_scene(self._labels(self._features, weight, k, self._workers))
+        draft, vectors = self.draft.mixed(weight), self._features.mixed(weight)
+        return self._features.to_scene(self._labels(draft, vectors, k, self._workers))
 
     def model(self, weight: float, k: int) -> CutModel:
         """Fit the cut of the scene; it labels these and other points."""
-        return self._model(self._features, weight, k, self._workers)
+        draft, vectors = self.draft.mixed(weight), self._features.mixed(weight)
+        return self._model(draft, vectors, k, self._workers)
 
     def _labels(
-        self, features: Features, weight: float, k: int, workers: Workers
+        self, draft: Floats, vectors: Floats, k: int, workers: Workers
     ) -> NDArray[np.int32]:
         if k == 1:
-            return np.zeros(len(features), np.int32)
-        model = self._model(features, weight, k, workers)
-        return model.labels(features.mixed(weight), workers)
+            return np.zeros(len(vectors), np.int32)
+        return self._model(draft, vectors, k, workers).labels(vectors, workers)
 
-    def _model(self, features: Features, weight: float, k: int, workers: Workers) -> CutModel:
-        draft = self.draft.mixed(weight)
-        on_draft = features is self.draft or self._settings.fit == "draft"
-        vectors = draft if on_draft else features.mixed(weight)
-        cut = nystrom_cut(vectors, draft[self._landmarks], workers, k, self._settings.scale)
+    def _model(self, draft: Floats, vectors: Floats, k: int, workers: Workers) -> CutModel:
+        settings = self._settings
+        fitted = draft if settings.fit == "draft" else vectors
+        cut = nystrom_cut(fitted, draft[self._landmarks], workers, k, settings.scale)
         k = min(k, cut.basis.shape[1])  # coinciding points span fewer directions
         rng = np.random.default_rng((self._seed, 1))
         rows = cut.rows(self._sample(draft), k)
-        settings = self._settings
         return CutModel(cut, find_centers(rows, k, settings.labelling, rng, settings.restarts))
 
     def _sample(self, vectors: Floats) -> Floats:
