@@ -27,7 +27,7 @@ from geohue.io.atomic import atomic_write
 from geohue.jobs.pool import run_jobs
 from geohue.regions import connected_components
 from geohue.scene import Scene
-from geohue.weight.agreement import likeness
+from geohue.weight.likeness import likeness
 
 UNITS = ("clusters", "components")
 

@@ -12,8 +12,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
+from geohue.adjacency import adjacent_pixels
 from geohue.errors import GeohueError
-from geohue.regions import check_labels, connected_components, merge_small_regions, relabel
+from geohue.regions import (
+    check_labels,
+    connected_components,
+    connected_groups,
+    merge_small_groups,
+    merge_small_regions,
+    relabel,
+)
 
 Labels = NDArray[np.int32]
 Pixel = tuple[int, int]
@@ -242,6 +250,31 @@ def test_permuting_labels_permutes_the_merge(
 
 
 @settings(max_examples=100, deadline=None)
+@given(label_images(), st.integers(0, 12))
+def test_pixels_as_points_give_the_same(labels: Labels, min_size: int) -> None:
+    """The merge for clouds, given the pixels and their pairs; without gaps there are no islands."""
+    whole = labels - labels.min(initial=0)
+    one, other = adjacent_pixels(whole.shape)
+    points = np.zeros((whole.size, 3), np.float32)
+    flat = whole.reshape(-1)
+    groups = connected_groups(flat, one, other)
+    assert np.array_equal(groups, connected_components(whole).reshape(-1))
+    found = merge_small_groups(flat, one, other, points, min_size)
+    assert np.array_equal(found, merge_small_regions(whole, min_size).reshape(-1))
+
+
+def test_groups_without_neighbours_take_the_nearest_label() -> None:
+    x = np.array([0, 1, 2, 9, 10, 11, 20], np.float32)
+    points = np.stack([x, 0 * x, 0 * x], axis=1)
+    labels = np.array([0, 0, 0, 1, 1, 1, 2], np.int32)
+    one, other = np.array([0, 1, 3, 4]), np.array([1, 2, 4, 5])
+    assert merge_small_groups(labels, one, other, points, 2).tolist() == [0, 0, 0, 1, 1, 1, 1]
+    labels[3:6] = -1
+    points[3:6] = np.nan
+    pairs = one[:2], other[:2]
+    assert merge_small_groups(labels, *pairs, points, 2).tolist() == [0, 0, 0, -1, -1, -1, 0]
+
+
 @given(label_images())
 def test_relabel_laws(labels: Labels) -> None:
     new, mapping = relabel(labels)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.clusterers import Clusterer
+from geohue.consensus import Consensus, find_consensus
 from geohue.errors import GeohueError
 from geohue.features import Cues
 from geohue.ncut.cutter import Cutter
@@ -62,6 +63,19 @@ class Choice:
         fixed = self._fixed(weight, cues)
         return self.cutter.choose_k(1.0 if fixed is None or math.isnan(fixed) else fixed)
 
+    def consensus(self, k: Count, weight: Weight, cues: Cues, found: int) -> Consensus | None:
+        """Return what the cuts agree on, None where K or the weight is given or chosen instead.
+
+        `found` is the answer of `k`: 1 says that there is nothing to split.
+        """
+        rule = self.settings.weight_rule if weight == "auto" else weight
+        if rule != "consensus" or k != "auto" or cues != "fusion" or found == 1:
+            return None
+        if self.splitter is not self.cutter:
+            return None
+        settings, draft = self.settings, self.scene.take(self.draft)
+        return find_consensus(self.cutter, draft, settings.k_max, settings.min_region, self.team)
+
     def weight(self, weight: Weight, cues: Cues, k: int) -> tuple[float, Curve]:
         """Return the weight for `k` segments, and the curve of Q if it was searched (eq. 6-17)."""
         fixed = self._fixed(weight, cues)
@@ -83,7 +97,7 @@ class Choice:
         if rule == "quality":
             steps = self.settings.weights, self.settings.refinements
             return search_weight(lambda weight: score(split(weight)), self.team, *steps)
-        compared = self.settings.compared
+        compared = self.settings.compared  # also for "consensus" where K is given
         best, maps = weight_by_agreement(split, small, self.team, compared)
         values = zip(compared, self.team.map(score, maps), strict=True)
         return best, [(weight, value) for weight, value in values if value is not None]
@@ -103,13 +117,20 @@ class Choice:
         return None if isinstance(weight, str) else float(weight)
 
 
-def check_arguments(k: Count, weight: Weight, seed: int) -> None:
+def check_arguments(k: Count, weight: Weight, seed: int, method: str = "nncsc") -> None:
     """Raise `GeohueError` unless these are as `segment` takes them."""
     if k != "auto" and not (_is_whole(k) and 1 <= k <= K_LIMIT):
         raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
     named = ("auto", *WEIGHT_RULES)
     if weight not in named and not (isinstance(weight, int | float | np.number) and weight >= 0):
         raise GeohueError(f"weight is {weight!r}: expected {', '.join(named)}, or at least 0")
+    if weight == "consensus" and k != "auto":
+        raise GeohueError(
+            'weight="consensus" finds the number of segments itself: leave k="auto", or choose '
+            'weight="agreement"'
+        )
+    if weight == "consensus" and method != "nncsc":
+        raise GeohueError(f'weight="consensus" is for method "nncsc", not {method!r}')
     if not (_is_whole(seed) and seed >= 0):
         raise GeohueError(f"seed is {seed!r}: expected a whole number of at least 0")
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from geohue.choice import Choice, Count, Weight, check_arguments, check_count, shortfalls
 from geohue.clusterers import check_method, make_clusterer
+from geohue.consensus import spread
 from geohue.errors import GeohueError
 from geohue.features import Cues, extract_features, lab_of
 from geohue.fill import fill_labels
@@ -43,11 +44,12 @@ def segment(
         An RGB-D frame or a coloured cloud.
     k : int or "auto"
         Number of segments, 1 to 255; "auto" chooses it (`choose_k`), and may choose 1.
-    weight : float, "auto", "quality" or "agreement"
+    weight : float, "auto", "quality", "agreement" or "consensus"
         The paper's lambda, the weight of geometry against colour, 0 to infinity. "quality" takes
         the one with the highest Q, as the paper does, "agreement" that of `weight_by_agreement`;
-        "auto" leaves the choice of these two to the preset. Of no effect unless `cues` is
-        "fusion".
+        "consensus" chooses neither a weight nor `k`, but keeps the borders that cuts of several
+        weights and numbers of segments share (`find_consensus`). "auto" leaves the choice of
+        these to the preset. Of no effect unless `cues` is "fusion".
     preset : {"paper", "fast", "best"} or Preset
         The settings.
     cues : {"fusion", "color", "geometry"}
@@ -87,7 +89,7 @@ def segment(
     (2, [0, 0, 1, 1])
     """
     settings, clock = preset_named(preset), StageClock(progress)
-    check_arguments(k, weight, seed)
+    check_arguments(k, weight, seed, method)
     if components and not scene.is_grid:
         raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
     check_method(method, cues, scene.is_grid)
@@ -105,9 +107,13 @@ def segment(
         with clock.stage("k"):  # Sec. III: how many segments
             n = choice.k(k, weight, cues)
         with clock.stage("weight"):  # Sec. IV: eq. 6-17
-            lam, curve = choice.weight(weight, cues, n)
+            agreed = choice.consensus(k, weight, cues, n)
+            lam, curve = (agreed.weight, []) if agreed else choice.weight(weight, cues, n)
         with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
-            labels = splitter.labels(lam, n)
+            if agreed:
+                labels = spread(agreed.labels, draft, scene, features, team)
+            else:
+                labels = splitter.labels(lam, n)
         with clock.stage("refine"):  # Sec. III: small regions, on grids
             labels = choice.tidied(labels, scene)
         with clock.stage("quality"):  # eq. 17
@@ -120,7 +126,8 @@ def segment(
             labels = connected_components(labels)
         labels, _ = relabel(labels)
     found = int(labels.max()) + 1
-    notes += shortfalls(found, n, components) if splitter.uses_k else []
+    if splitter.uses_k and not agreed:
+        notes += shortfalls(found, n, components)
     return Segmentation(
         labels,
         found,

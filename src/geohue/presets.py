@@ -15,7 +15,7 @@ from geohue.weight.search import COARSE, HALF_OCTAVES, REFINEMENTS
 Fit = Literal["all", "draft"]
 Fill = Literal["appendix", "watershed"]
 
-WeightRule = Literal["quality", "agreement"]
+WeightRule = Literal["quality", "agreement", "consensus"]
 WEIGHT_RULES: tuple[WeightRule, ...] = get_args(WeightRule)
 
 
@@ -46,8 +46,9 @@ class Preset:
     fit : {"all", "draft"}
         Points whose affinities make the eigenvectors, which are then read off everywhere. The
         draft is enough for the sums over all points, and saves two of the three passes.
-    weight_rule : {"quality", "agreement"}
-        What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`.
+    weight_rule : {"quality", "agreement", "consensus"}
+        What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`; or nothing, and
+        what `find_consensus` says is taken where K is not given (where it is, "agreement" serves).
     weights, refinements : tuple of float
         Weights tried first, and the steps around the best (`search_weight`).
     compared : tuple of float
@@ -79,16 +80,15 @@ class Preset:
 PRESETS: dict[str, Preset] = {
     "paper": Preset(),
     "fast": Preset(
-        landmarks=64,
         draft_points=5_000,
         fit="draft",
         restarts=2,
         center_points=2_000,
-        weight_rule="agreement",
-        compared=HALF_OCTAVES[2:-2],
+        weight_rule="consensus",
+        compared=COARSE,
         fill="watershed",
     ),
-    "best": Preset(landmarks=300, draft_points=40_000, weight_rule="agreement"),
+    "best": Preset(landmarks=300, draft_points=40_000, weight_rule="consensus"),
 }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy import ndimage, sparse
 
 from geohue.errors import GeohueError
 
@@ -150,6 +150,110 @@ def merge_small_regions(labels: NDArray[np.integer[Any]], min_size: int) -> NDAr
     if not kept.all():
         _take_from_nearest(pieces, label_of, kept)
     return np.append(label_of, np.int32(-1)).take(pieces)  # the piece -1 is the last one
+
+
+def connected_groups(
+    labels: NDArray[np.int32], one: NDArray[np.int64], other: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """Number the pieces of equal label of a cloud, as `connected_components` does those of a grid.
+
+    Parameters
+    ----------
+    labels : (N,) int32
+        Labels; those of -1 are pieces as well.
+    one, other : (E,) int64
+        Pairs of neighbours (`adjacent_points`).
+
+    Returns
+    -------
+    (N,) int32
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> connected_groups(np.int32([4, 4, 4]), np.array([0]), np.array([1])).tolist()
+    [0, 0, 1]
+    """
+    alike = labels[one] == labels[other]
+    graph = sparse.coo_array((alike[alike], (one[alike], other[alike])), shape=2 * labels.shape)
+    _, piece = sparse.csgraph.connected_components(graph, directed=False)
+    return np.asarray(piece, np.int32)
+
+
+def merge_small_groups(
+    labels: NDArray[np.int32],
+    one: NDArray[np.int64],
+    other: NDArray[np.int64],
+    points: NDArray[np.float32],
+    min_size: int,
+) -> NDArray[np.int32]:
+    """Give the points of small pieces of a cloud the label that is most common next to them.
+
+    This is `merge_small_regions` for points: a piece is a set of points of one label that pairs of
+    neighbours connect, and every pair of a small and a kept piece votes once, in the same rounds.
+    Pieces without a neighbour take the label of the nearest kept point of each of their points.
+
+    Parameters
+    ----------
+    labels : (N,) int32
+        Labels, -1 = none.
+    one, other : (E,) int64
+        Pairs of neighbours (`adjacent_points`), all with a label.
+    points : (N, 3) float32
+        Positions, finite where there is a label.
+    min_size : int
+        Points that a piece needs to be kept.
+
+    Returns
+    -------
+    (N,) int32
+        The labels themselves if no piece, or every one, is large enough.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x = np.float32([[0, 0, 0], [1, 0, 0], [2, 0, 0], [8, 0, 0], [9, 0, 0]])
+    >>> pairs = np.array([0, 1, 3]), np.array([1, 2, 4])
+    >>> merge_small_groups(np.int32([0, 0, 1, 2, 2]), *pairs, x, min_size=2).tolist()
+    [0, 0, 0, 2, 2]
+    """
+    piece = connected_groups(labels, one, other)
+    sizes = np.bincount(piece)
+    label_of = np.empty(len(sizes), np.int32)
+    label_of[piece] = labels
+    kept = sizes >= min_size
+    if kept[label_of >= 0].all() or not kept[label_of >= 0].any():
+        return labels
+    kept |= label_of < 0  # nothing to give, and nothing to take
+    apart = piece[one] != piece[other]
+    a, b = piece[one[apart]], piece[other[apart]]
+    asking, asked = np.concatenate([a, b]), np.concatenate([b, a])
+    while True:
+        heard = ~kept[asking] & kept[asked]
+        if not heard.any():
+            break
+        places, found = _most_voted(asking[heard], label_of[asked[heard]])
+        label_of[places] = found
+        kept[places] = True
+    merged = label_of[piece]
+    left = ~kept[piece]
+    if left.any():
+        from scipy.spatial import cKDTree
+
+        sure = ~left & (labels >= 0)
+        _, nearest = cKDTree(points[sure]).query(points[left])
+        merged[left] = merged[sure][nearest]
+    return merged
+
+
+def _most_voted(
+    places: NDArray[np.integer[Any]], votes: NDArray[np.int32]
+) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    """Return each place with the label that has most votes there, the lowest of equals."""
+    pairs, counts = np.unique(np.stack([places, votes], axis=1), axis=0, return_counts=True)
+    order = np.lexsort((pairs[:, 1], -counts, pairs[:, 0]))
+    at, first = np.unique(pairs[order, 0], return_index=True)
+    return at.astype(np.int64), pairs[order, 1][first].astype(np.int32)
 
 
 def relabel(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -328,7 +328,8 @@ class Scene:
     def thinning(self, max_points: int, rng: np.random.Generator) -> NDArray[np.int64]:
         """Choose at most about `max_points` points that stand for the scene.
 
-        A grid keeps every n-th row and column, so that windows and regions keep their meaning.
+        A grid keeps every n-th row and column, so that windows and regions keep their meaning; more
+        of them where its depth is so sparse that hardly a point would be left.
         A cloud keeps a random subset, drawn from the points in the order of their colour and
         then their distance from the centre: neither the order of the points in the file nor the
         pose of the scene changes which points are drawn.
@@ -348,8 +349,13 @@ class Scene:
         if self.is_grid:
             height, width = self.shape
             step = max(1, int(np.ceil(np.sqrt(self.size / max_points))))
-            rows, columns = (np.arange(min(step // 2, n - 1), n, step) for n in (height, width))
-            return np.asarray(rows[:, None] * width + columns, np.int64)
+            valid = self.valid
+            enough = min(int(valid.sum()), max_points // 10)
+            while True:
+                rows, columns = (np.arange(min(step // 2, n - 1), n, step) for n in (height, width))
+                if step == 1 or valid[rows[:, None], columns].sum() >= enough:
+                    return np.asarray(rows[:, None] * width + columns, np.int64)
+                step = (step + 1) // 2
         order = _canonical_order(self.colors, self.points)
         if self.unseen is not None:
             order = order[~self.unseen[order]]

@@ -300,7 +300,10 @@ def test_names_of_frames(
     [
         (["-k", "0"], "k is 0: expected"),
         (["-k", "some"], "-k some: expected"),
-        (["--lambda", "-1"], "weight is -1.0: expected auto, quality, agreement, or at least 0"),
+        (
+            ["--lambda", "-1"],
+            "weight is -1.0: expected auto, quality, agreement, consensus, or at least 0",
+        ),
         (["--lambda", "nan"], "weight is nan: expected"),
         (["--preset", "slow"], "preset 'slow'"),
         (["--cues", "smell"], "cues 'smell': choose among"),

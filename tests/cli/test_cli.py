@@ -192,7 +192,10 @@ class TestMistakes:
             (["-k", "256"], "1 to 255"),
             (["-k", "few"], '-k few: expected "auto" or a whole number'),
             (["--lambda", "-1"], "weight is -1"),
-            (["--lambda", "x"], "--lambda x: expected auto, quality, agreement or a number"),
+            (
+                ["--lambda", "x"],
+                "--lambda x: expected auto, quality, agreement, consensus or a number",
+            ),
             (["--cues", "depth"], "fusion, color, geometry"),
             (["--preset", "ultra"], "paper, fast, best"),
             (["--method", "magic"], "method 'magic'"),

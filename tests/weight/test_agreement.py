@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from geohue import PRESETS, Scene, segment
 from geohue.parallel import Workers, workers
-from geohue.weight.agreement import BorderContrast, _distances, weight_by_agreement
+from geohue.weight.agreement import BorderContrast, weight_by_agreement
+from geohue.weight.likeness import distances
 from geohue.weight.search import HALF_OCTAVES
 from twins import agreement as twin
 
@@ -78,7 +79,7 @@ class TestContrast:
 def test_distances_equal_their_twin(maps: NDArray[np.int32], spread: int) -> None:
     """Also with labels that leave gaps, points without a label, and maps without common points."""
     spaced = list(np.where(maps < 0, -1, maps * spread).astype(np.int32))
-    found, expected = _distances(spaced), twin.distances(spaced)
+    found, expected = distances(spaced), twin.distances(spaced)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
@@ -88,7 +89,7 @@ def test_distance_by_hand() -> None:
     quarters = np.array([0, 0, 1, 1, 2, 2, 3, 3, 0], np.int32)
     named = np.array([5, 5, 5, 5, 2, 2, 2, 2, -1], np.int32)
     expected = [[0, 1, 0], [1, 0, 1], [0, 1, 0]]
-    np.testing.assert_allclose(_distances([halves, quarters, named]), expected, atol=1e-12)
+    np.testing.assert_allclose(distances([halves, quarters, named]), expected, atol=1e-12)
 
 
 class TestRule:
@@ -131,7 +132,7 @@ def test_in_the_driver(three_boxes: tuple[Scene, NDArray[np.int32]]) -> None:
     assert [w for w, _ in result.weight_curve] == list(HALF_OCTAVES)
     quick = segment(scene, 3, preset="fast")
     assert [w for w, _ in quick.weight_curve] == list(PRESETS["fast"].compared)
-    assert PRESETS["best"].weight_rule == PRESETS["fast"].weight_rule == "agreement"
+    assert PRESETS["best"].weight_rule == PRESETS["fast"].weight_rule == "consensus"
     assert PRESETS["paper"].weight_rule == "quality"
     fast = segment(scene, 3, preset="fast")
     assert segment(scene, 3, "quality", "fast").weight_curve != fast.weight_curve

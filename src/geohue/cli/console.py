@@ -25,10 +25,11 @@ STAGES = {
     "fill": "filling pixels without depth",
 }
 
-_WEIGHT_WORDS: tuple[Literal["auto", "quality", "agreement"], ...] = (
+_WEIGHT_WORDS: tuple[Literal["auto", "quality", "agreement", "consensus"], ...] = (
     "auto",
     "quality",
     "agreement",
+    "consensus",
 )
 
 
@@ -85,7 +86,7 @@ def read_weight(text: str) -> Weight:
     (0.5, 'auto')
     >>> read_weight("half")
     Traceback (most recent call last):
-    geohue.errors.GeohueError: --lambda half: expected auto, quality, agreement or a number
+    geohue.errors.GeohueError: --lambda half: expected auto, quality, agreement, consensus or a number
     """
     for word in _WEIGHT_WORDS:
         if text == word:

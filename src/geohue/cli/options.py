@@ -123,7 +123,7 @@ Weight = Annotated[
     str,
     typer.Option(
         "--lambda",
-        metavar="auto|quality|agreement|FLOAT",
+        metavar="auto|quality|agreement|consensus|FLOAT",
         help="Weight of geometry against colour, or the rule that chooses it.",
     ),
 ]

@@ -133,6 +133,11 @@ RESULT = "result.json"
 
 def _check(question: Question, processes: int | None) -> None:
     check_arguments(question.k, question.weight, question.seed)
+    if question.weight == "consensus":
+        raise GeohueError(
+            'weight="consensus" needs the whole cloud in memory: choose weight="agreement", or '
+            "segment the cloud without --memory"
+        )
     if question.cues not in CUES:
         raise GeohueError(f"cues {question.cues!r}: choose one of {', '.join(CUES)}")
     if processes is not None and processes < 1:

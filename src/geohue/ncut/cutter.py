@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,8 +11,9 @@ from geohue.arrays import Floats
 from geohue.features import Features
 from geohue.ncut.labels import find_centers
 from geohue.ncut.landmarks import choose_landmarks
+from geohue.ncut.lloyd import nearest_center
 from geohue.ncut.model import CutModel
-from geohue.ncut.nystrom import nystrom_cut
+from geohue.ncut.nystrom import nystrom_cut, unit_rows
 from geohue.ncut.selectors import choose_k
 from geohue.parallel import Workers
 from geohue.presets import Preset
@@ -89,6 +92,26 @@ class Cutter:
         """Cut the draft; returns labels in the draft's shape, -1 where it has no point."""
         draft = self.draft.mixed(weight)
         return self.draft.to_scene(self._labels(draft, draft, k, Workers(None)))
+
+    def draft_cuts(self, weight: float, counts: Sequence[int]) -> list[NDArray[np.int32]]:
+        """Cut the draft into several numbers of segments, with the eigenvectors made once.
+
+        K-means is not restarted: one poor cut among many does no harm. Numbers above the
+        directions that the points span are left out: they would repeat the last cut.
+        """
+        draft, settings = self.draft.mixed(weight), self._settings
+        landmarks = draft[self._landmarks]
+        cut = nystrom_cut(draft, landmarks, Workers(None), max(counts), settings.scale)
+        entries = cut.kernel.project(draft, cut.basis)
+        cuts = []
+        for k in counts:
+            if k > cut.basis.shape[1]:
+                break
+            rows = unit_rows(entries[:, :k])
+            rng = np.random.default_rng((self._seed, 1))
+            centers = find_centers(self._sample(rows), k, settings.labelling, rng, restarts=0)
+            cuts.append(self.draft.to_scene(nearest_center(rows, centers)))
+        return cuts
 
     def labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Cut the scene; returns labels in its shape, -1 where it has no point."""

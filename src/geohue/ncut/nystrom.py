@@ -57,10 +57,14 @@ class NystromCut:
         (M, k) float
             Rows of length 1 (Ng, Jordan and Weiss 2002).
         """
-        entries = self.kernel.project(vectors, self.basis[:, :k])
-        length = np.sqrt(np.einsum("ij,ij->i", entries, entries))
-        tiny = np.finfo(entries.dtype).tiny
-        return np.asarray(entries / np.maximum(length, tiny)[:, None])
+        return unit_rows(self.kernel.project(vectors, self.basis[:, :k]))
+
+
+def unit_rows(entries: Floats) -> Floats:
+    """Bring each row to length 1."""
+    length = np.sqrt(np.einsum("ij,ij->i", entries, entries))
+    tiny = np.finfo(entries.dtype).tiny
+    return np.asarray(entries / np.maximum(length, tiny)[:, None])
 
 
 def nystrom_cut(

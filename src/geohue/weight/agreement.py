@@ -15,12 +15,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.adjacency import adjacent_points
 from geohue.features import lab_of
 from geohue.parallel import Workers
 from geohue.scene import Scene
+from geohue.weight.likeness import likeness
 from geohue.weight.search import HALF_OCTAVES
-
-_CLOUD_NEIGHBOURS = 5
 
 Labels = NDArray[np.int32]
 
@@ -94,7 +94,7 @@ class BorderContrast:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._one, self._other = _neighbours(scene)
+        self._one, self._other = adjacent_points(scene)
         lab = lab_of(scene.colors.reshape(-1, 3))
         self._step = np.linalg.norm(lab[self._one] - lab[self._other], axis=1).astype(np.float64)
 
@@ -109,78 +109,6 @@ class BorderContrast:
             return float("nan")
         everywhere, across = sums / counts
         return float(across / everywhere) if everywhere > 0 else 0.0
-
-
-def _neighbours(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    if scene.is_grid:
-        index = np.arange(scene.size).reshape(scene.shape)
-        one = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
-        other = np.concatenate([index[:, :-1].ravel(), index[:-1].ravel()])
-        valid = scene.valid.reshape(-1)
-        both = valid[one] & valid[other]
-        return one[both], other[both]
-    from scipy.spatial import cKDTree
-
-    index = np.flatnonzero(scene.valid)
-    points = scene.points[index]
-    k = min(_CLOUD_NEIGHBOURS + 1, len(points))
-    _, near = cKDTree(points).query(points, k)
-    near = np.asarray(near).reshape(len(points), -1)[:, 1:]
-    return np.repeat(index, near.shape[1]), index[near.ravel()]
-
-
-def likeness(maps: Sequence[Labels]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Tell how like the others each of a row of segmentations is.
-
-    Parameters
-    ----------
-    maps : sequence of int32 arrays
-        Of the same points, -1 = none; those of neighbouring weights side by side.
-
-    Returns
-    -------
-    consensus, stability : (len(maps),) float64
-        Minus the mean variation of information, in bits, to all others and to the one or two
-        beside it.
-
-    Examples
-    --------
-    >>> one, other = np.int32([0, 0, 1, 1]), np.int32([0, 1, 2, 3])  # one bit apart
-    >>> consensus, stability = likeness([one, one, other])
-    >>> consensus.tolist(), stability.tolist()
-    ([-0.5, -0.5, -1.0], [-0.0, -0.5, -1.0])
-    """
-    distance = _distances(maps)
-    n = len(maps)
-    beside = np.abs(np.subtract.outer(np.arange(n), np.arange(n))) == 1
-    near = (distance * beside).sum(axis=1) / np.maximum(beside.sum(axis=1), 1)
-    return -distance.sum(axis=1) / max(n - 1, 1), -near
-
-
-def _distances(maps: Sequence[Labels]) -> NDArray[np.float64]:
-    """Variation of information in bits between each two segmentations, over their common points.
-
-    0 where there is no common point.
-    """
-    from geohue.weight.passes import shared_information
-
-    flat = np.stack([np.asarray(labels, np.int32).reshape(-1) for labels in maps])
-    # Points in a row that no map parts count as one, with their number as its weight.
-    parted = (flat[:, 1:] != flat[:, :-1]).any(axis=0)
-    first = np.flatnonzero(np.concatenate([[True], parted]))
-    weight = np.diff(first, append=flat.shape[1])
-    runs = np.ascontiguousarray(flat[:, first])
-    cell, in_other = np.zeros((2, int(runs.max()) + 1), np.int64)
-    n = np.arange(flat.shape[1] + 1, dtype=np.float64)
-    log = n * np.log2(np.maximum(n, 1))
-    distance = np.zeros((len(maps), len(maps)))
-    for i, one in enumerate(runs):
-        order = np.argsort(one, kind="stable")
-        order = order[np.count_nonzero(one < 0) :]
-        for j in range(i):
-            found = shared_information(order, one, runs[j], weight, log, cell, in_other)
-            distance[i, j] = distance[j, i] = found
-    return distance
 
 
 def _standard(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,164 @@
+"""A segmentation that many cuts agree on, with no weight and no number of segments to choose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.adjacency import adjacent_pixels, adjacent_points, nearest_known
+from geohue.consensus.contrast import join_faint
+from geohue.consensus.votes import count_votes, join_by_votes
+from geohue.features import Features
+from geohue.ncut.cutter import Cutter
+from geohue.parallel import Workers
+from geohue.regions import (
+    connected_components,
+    connected_groups,
+    merge_small_groups,
+    merge_small_regions,
+)
+from geohue.scene import Scene
+from geohue.weight.likeness import distances_from
+
+VOTERS = (0.0, 1.0, math.inf)
+"""The weights that vote: colour alone, both alike, geometry alone."""
+
+LEAST = 0.15
+"""Share of the cuts that must draw a border for it to stay."""
+
+CLEAR = 0.6
+"""Share times contrast that it must have (`join_faint`)."""
+
+SMALLEST = 10
+"""Points of a region below which it joins what is around it, however small the draft."""
+
+Labels = NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Consensus:
+    """What the cuts agree on.
+
+    Attributes
+    ----------
+    labels : (h, w) or (m,) int32
+        Connected segments of the draft, -1 where it has no point.
+    weight : float
+        The voter whose cuts are most like them.
+    """
+
+    labels: Labels
+    weight: float
+
+
+def find_consensus(
+    cutter: Cutter,
+    draft: Scene,
+    k_max: int,
+    min_region: float,
+    workers: Workers,
+    voters: Sequence[float] = VOTERS,
+    least: float = LEAST,
+    clear: float = CLEAR,
+) -> Consensus:
+    """Cut the draft by several weights into 2 to `k_max` segments each, and keep what they share.
+
+    Each cut votes for its borders, those of small regions left out. Neighbouring points are joined
+    while fewer than `least` of the cuts part them (`join_by_votes`), then the regions between which
+    there is little to be seen (`join_faint`).
+
+    Parameters
+    ----------
+    cutter : Cutter
+        The cuts.
+    draft : Scene
+        The points that they cut.
+    k_max : int
+        Most segments of one cut; the consensus can have more.
+    min_region : float
+        Share of the points below which a region joins what is around it.
+    workers : Workers
+        Threads to use.
+    voters : sequence of float
+        The weights, 0 to infinity.
+    least : float
+        Share of the votes with which a border stays.
+    clear : float
+        Share times contrast with which it stays.
+
+    Returns
+    -------
+    Consensus
+    """
+    counts = range(2, k_max + 1)
+    by_voter = list(workers.map(lambda weight: cutter.draft_cuts(weight, counts), voters))
+    weights = [weight for weight, cuts in zip(voters, by_voter, strict=True) for _ in cuts]
+    if not weights:  # all points coincide
+        return Consensus(np.where(draft.valid, 0, -1).astype(np.int32), 1.0)
+    ground = _Ground.of(draft, max(SMALLEST, round(min_region * draft.size)))
+    cuts = list(workers.map(ground.tidied, [labels for cuts in by_voter for labels in cuts]))
+    share = count_votes(cuts, ground.one, ground.other)
+    joined = join_by_votes(ground.one, ground.other, share, draft.size, least)
+    labels = ground.known(ground.tidied(ground.known(joined.reshape(draft.shape))))
+    pairs = adjacent_points(draft)
+    labels = join_faint(
+        labels, *pairs, _steps(cutter.draft, *pairs), count_votes(cuts, *pairs), clear
+    )
+    distance = distances_from(labels, cuts)
+    mean = {weight: distance[np.equal(weights, weight)].mean() for weight in weights}
+    return Consensus(labels, min(mean, key=mean.__getitem__))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ground:
+    """The points that vote, and which of them lie side by side.
+
+    A pixel in a gap of a grid votes as the point nearest to it, so that gaps part nothing.
+    """
+
+    draft: Scene
+    near: NDArray[np.int64] | None
+    one: NDArray[np.int64]
+    other: NDArray[np.int64]
+    smallest: int
+
+    @classmethod
+    def of(cls, draft: Scene, smallest: int) -> _Ground:
+        if not draft.is_grid:
+            return cls(draft, None, *adjacent_points(draft), smallest)
+        return cls(draft, nearest_known(draft.valid), *adjacent_pixels(draft.shape), smallest)
+
+    def known(self, labels: Labels) -> Labels:
+        """Leave points without a position without a label."""
+        return np.where(self.draft.valid, labels, np.int32(-1))
+
+    def tidied(self, labels: Labels) -> Labels:
+        """Fill the gaps, and let small regions join what is around them.
+
+        Where all regions are small it is noise, and says nothing.
+        """
+        pairs = self.one, self.other
+        if self.near is not None:
+            labels = labels.reshape(-1)[self.near]
+            pieces = connected_components(labels)
+        else:
+            pieces = connected_groups(labels, *pairs)
+        if np.bincount(pieces.reshape(-1) + 1)[1:].max(initial=0) < self.smallest:
+            return np.zeros_like(labels)
+        if self.near is not None:
+            return merge_small_regions(labels, self.smallest)
+        return merge_small_groups(labels, *pairs, self.draft.points, self.smallest)
+
+
+def _steps(
+    features: Features, one: NDArray[np.int64], other: NDArray[np.int64]
+) -> NDArray[np.float32]:
+    """The distance of the balanced vectors of each two points of the draft."""
+    vectors, row_of = features.mixed(1.0), np.zeros(np.prod(features.shape), np.int64)
+    row_of[features.index] = np.arange(len(features))
+    away = vectors[row_of[one]] - vectors[row_of[other]]
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", away, away)))
