@@ -84,9 +84,9 @@ def read_weight(text: str) -> Weight:
     --------
     >>> read_weight("0.5"), read_weight("auto")
     (0.5, 'auto')
-    >>> read_weight("half")
+    >>> read_weight("x")
     Traceback (most recent call last):
-    geohue.errors.GeohueError: --lambda half: expected auto, quality, agreement, consensus or a number
+    geohue.errors.GeohueError: --lambda x: expected auto, quality, agreement, consensus or a number
     """
     for word in _WEIGHT_WORDS:
         if text == word:
