@@ -24,15 +24,15 @@ from geohue.jobs.pool import run_jobs
 from geohue.ncut.cutter import Cutter
 from geohue.parallel import Workers
 from geohue.presets import PRESETS
+from geohue.weight.search import COARSE, FINER_BALANCES
 
 PAPER = PRESETS["paper"]
 MOST = 14
-OCTAVES = tuple(2.0**e for e in range(-4, 5))
 
 CASES: dict[str, dict[str, Any]] = {
     "as it is: 0, 1 and infinity; K to 10; 15 %; 0.6": {},
-    "voters 0, 0.41, 1, 2.41, infinity": {"voters": (0.0, 0.414, 1.0, 2.414, math.inf)},
-    "voters 1/16, 1/8, ... 16": {"voters": OCTAVES},
+    "voters 0, 0.41, 1, 2.41, infinity": {"voters": FINER_BALANCES},
+    "voters 1/16, 1/8, ... 16": {"voters": COARSE},
     "voter 1 alone": {"voters": (1.0,)},
     "voters 0 and infinity": {"voters": (0.0, math.inf)},
     "K to 6": {"k_max": 6},

@@ -74,7 +74,8 @@ class Choice:
         if self.splitter is not self.cutter:
             return None
         settings, draft = self.settings, self.scene.take(self.draft)
-        return find_consensus(self.cutter, draft, settings.k_max, settings.min_region, self.team)
+        limits = settings.k_max, settings.min_region
+        return find_consensus(self.cutter, draft, *limits, self.team, settings.voters)
 
     def weight(self, weight: Weight, cues: Cues, k: int) -> tuple[float, Curve]:
         """Return the weight for `k` segments, and the curve of Q if it was searched (eq. 6-17)."""

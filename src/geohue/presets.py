@@ -10,7 +10,13 @@ from geohue.ncut.affinity import SCALE
 from geohue.ncut.labels import Labelling
 from geohue.ncut.landmarks import Choice
 from geohue.ncut.selectors import K_MAX, Selector
-from geohue.weight.search import COARSE, HALF_OCTAVES, REFINEMENTS
+from geohue.weight.search import (
+    BALANCES,
+    COARSE,
+    FINER_BALANCES,
+    HALF_OCTAVES,
+    REFINEMENTS,
+)
 
 Fit = Literal["all", "draft"]
 Fill = Literal["appendix", "watershed"]
@@ -53,6 +59,8 @@ class Preset:
         Weights tried first, and the steps around the best (`search_weight`).
     compared : tuple of float
         Weights whose segmentations are compared by `weight_by_agreement`, in increasing order.
+    voters : tuple of float
+        Weights whose cuts vote in `find_consensus`, 0 to infinity.
     min_region : float
         Smaller regions of a grid, as a share of its pixels, join what surrounds them.
     fill : {"appendix", "watershed"}
@@ -73,6 +81,7 @@ class Preset:
     weights: tuple[float, ...] = COARSE
     refinements: tuple[float, ...] = REFINEMENTS
     compared: tuple[float, ...] = HALF_OCTAVES
+    voters: tuple[float, ...] = BALANCES
     min_region: float = 0.002
     fill: Fill = "appendix"
 
@@ -88,7 +97,9 @@ PRESETS: dict[str, Preset] = {
         compared=COARSE,
         fill="watershed",
     ),
-    "best": Preset(landmarks=300, draft_points=40_000, weight_rule="consensus"),
+    "best": Preset(
+        landmarks=300, draft_points=40_000, weight_rule="consensus", voters=FINER_BALANCES
+    ),
 }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,9 +22,7 @@ from geohue.regions import (
 )
 from geohue.scene import Scene
 from geohue.weight.likeness import distances_from
-
-VOTERS = (0.0, 1.0, math.inf)
-"""The weights that vote: colour alone, both alike, geometry alone."""
+from geohue.weight.search import BALANCES
 
 LEAST = 0.15
 """Share of the cuts that must draw a border for it to stay."""
@@ -61,7 +58,7 @@ def find_consensus(
     k_max: int,
     min_region: float,
     workers: Workers,
-    voters: Sequence[float] = VOTERS,
+    voters: Sequence[float] = BALANCES,
     least: float = LEAST,
     clear: float = CLEAR,
 ) -> Consensus:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -19,6 +20,18 @@ REFINEMENTS = (0.5, 0.25)
 
 HALF_OCTAVES: tuple[float, ...] = tuple(2.0 ** (e / 2) for e in range(-8, 9))
 """The weights that `geohue.weight.agreement` compares."""
+
+BALANCES: tuple[float, ...] = (0.0, 1.0, math.inf)
+"""Colour alone, both alike, geometry alone: the weights that `geohue.consensus` lets vote."""
+
+FINER_BALANCES: tuple[float, ...] = (
+    0.0,
+    math.tan(math.pi / 8),
+    1.0,
+    math.tan(3 * math.pi / 8),
+    math.inf,
+)
+"""The same with one more between each two; the angles of the mix (`Features.mixed`) are even."""
 
 
 def search_weight(
