@@ -246,9 +246,6 @@ def test_permuting_labels_permutes_the_merge(
     np.testing.assert_array_equal(merge_small_regions(new[labels], min_size), new[expected])
 
 
-# --- relabel -------------------------------------------------------------------------------------
-
-
 @settings(max_examples=100, deadline=None)
 @given(label_images(), st.integers(0, 12))
 def test_pixels_as_points_give_the_same(labels: Labels, min_size: int) -> None:
@@ -275,6 +272,10 @@ def test_groups_without_neighbours_take_the_nearest_label() -> None:
     assert merge_small_groups(labels, *pairs, points, 2).tolist() == [0, 0, 0, -1, -1, -1, 0]
 
 
+# --- relabel -------------------------------------------------------------------------------------
+
+
+@settings(max_examples=100, deadline=None)
 @given(label_images())
 def test_relabel_laws(labels: Labels) -> None:
     new, mapping = relabel(labels)

@@ -10,6 +10,9 @@ from geohue.scene import Scene
 CLOUD_NEIGHBOURS = 5
 """Nearest points that a point of a cloud counts as beside it."""
 
+FAR_NEIGHBOURS = 100
+"""Nearest points among which a piece of a cloud looks for another piece."""
+
 
 def adjacent_points(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Pair the points of a scene that lie side by side.
@@ -22,8 +25,9 @@ def adjacent_points(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]
     Returns
     -------
     one, other : (E,) int64
-        Flat positions: each two pixels that share a side; each point of a cloud with its
-        `CLOUD_NEIGHBOURS` nearest.
+        Flat positions, no pair of a point with itself: each two pixels that share a side; each
+        point of a cloud with its `CLOUD_NEIGHBOURS` nearest, and as many more as it takes to
+        connect the cloud (scan lines, gaps).
 
     Examples
     --------
@@ -37,14 +41,95 @@ def adjacent_points(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]
         valid = scene.valid.reshape(-1)
         both = valid[one] & valid[other]
         return one[both], other[both]
+    index = np.flatnonzero(scene.valid)
+    one, other = _adjacent_positions(scene.points[index])
+    return index[one], index[other]
+
+
+def _adjacent_positions(
+    points: NDArray[np.float32],
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pair points with their nearest, and where that leaves pieces apart, with the nearest there.
+
+    Points in the same place count as one: the first is paired with others, the rest with it.
+    """
+    first, place = first_of_each(points)
+    here = points[first]
+    pairs = _near_pairs(here, np.arange(len(here)), CLOUD_NEIGHBOURS)
+    while True:
+        apart, piece = _pieces(pairs, len(here))
+        if apart == 1 or len(here) < 2:
+            break
+        pairs = np.concatenate([pairs, _links(here, piece)])
+    copies = np.flatnonzero(first[place] != np.arange(len(points)))
+    one = np.concatenate([first[pairs[:, 0]], first[place[copies]]])
+    return one, np.concatenate([first[pairs[:, 1]], copies])
+
+
+def first_of_each(points: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first point in each place, and the place of each point.
+
+    Examples
+    --------
+    >>> first, place = first_of_each(np.float32([[2, 0, 0], [1, 0, 0], [2, 0, 0]]))
+    >>> first.tolist(), place.tolist()
+    ([0, 1], [0, 1, 0])
+    """
+    _, first, place = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(first), np.int64)
+    rank[order] = np.arange(len(first))
+    return first[order].astype(np.int64), rank[place.reshape(-1)]
+
+
+def _near_pairs(
+    points: NDArray[np.float32], asking: NDArray[np.int64], k: int
+) -> NDArray[np.int64]:
+    """Pair some of the points, all in different places, with their k nearest others, (E, 2)."""
     from scipy.spatial import cKDTree
 
-    index = np.flatnonzero(scene.valid)
-    points = scene.points[index]
-    k = min(CLOUD_NEIGHBOURS + 1, len(points))
-    _, near = cKDTree(points).query(points, k)
-    near = np.asarray(near).reshape(len(points), -1)[:, 1:]
-    return np.repeat(index, near.shape[1]), index[near.ravel()]
+    k = min(k, len(points) - 1)
+    if k < 1:
+        return np.zeros((0, 2), np.int64)
+    _, near = cKDTree(points).query(points[asking], k + 1)
+    pairs = np.stack([np.repeat(asking, k + 1), np.asarray(near, np.int64).reshape(-1)], axis=1)
+    return np.asarray(pairs[pairs[:, 0] != pairs[:, 1]])
+
+
+def _pieces(pairs: NDArray[np.int64], n: int) -> tuple[int, NDArray[np.int32]]:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    found, piece = connected_components(graph, directed=False)
+    return int(found), np.asarray(piece)
+
+
+def _links(points: NDArray[np.float32], piece: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Pair the points of each piece but the largest with the nearest one of another piece.
+
+    Of a piece whose points all lie far from any other, the few nearest to the largest piece.
+    """
+    from scipy.spatial import cKDTree
+
+    sizes = np.bincount(piece)
+    largest = int(sizes.argmax())
+    asking = np.flatnonzero(piece != largest)
+    near = _near_pairs(points, asking, FAR_NEIGHBOURS)
+    away = near[piece[near[:, 0]] != piece[near[:, 1]]]
+    _, nearest = np.unique(away[:, 0], return_index=True)  # pairs come by distance
+    links = away[nearest]
+    lonely = asking[~np.isin(piece[asking], piece[links[:, 0]])]
+    if len(lonely) == 0:
+        return np.asarray(links)
+    ground = np.flatnonzero(piece == largest)
+    distance, there = cKDTree(points[ground]).query(points[lonely])
+    order = np.lexsort((np.asarray(distance), piece[lonely]))
+    lonely, there = lonely[order], np.asarray(there)[order]
+    begins = np.concatenate([[True], piece[lonely[1:]] != piece[lonely[:-1]]])
+    place = np.arange(len(lonely))
+    few = place - np.maximum.accumulate(np.where(begins, place, 0)) < CLOUD_NEIGHBOURS
+    return np.concatenate([links, np.stack([lonely[few], ground[there[few]]], axis=1)])
 
 
 def adjacent_pixels(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

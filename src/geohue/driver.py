@@ -43,7 +43,8 @@ def segment(
     scene : Scene
         An RGB-D frame or a coloured cloud.
     k : int or "auto"
-        Number of segments, 1 to 255; "auto" chooses it (`choose_k`), and may choose 1.
+        Number of segments, 1 to 255; "auto" chooses it (`choose_k`, or what the consensus comes
+        to), and may choose 1.
     weight : float, "auto", "quality", "agreement" or "consensus"
         The paper's lambda, the weight of geometry against colour, 0 to infinity. "quality" takes
         the one with the highest Q, as the paper does, "agreement" that of `weight_by_agreement`;
@@ -126,8 +127,8 @@ def segment(
             labels = connected_components(labels)
         labels, _ = relabel(labels)
     found = int(labels.max()) + 1
-    if splitter.uses_k and not agreed:
-        notes += shortfalls(found, n, components)
+    if splitter.uses_k:
+        notes += shortfalls(found, found if agreed else n, components)
     return Segmentation(
         labels,
         found,

@@ -46,7 +46,7 @@ class Preset:
     selector : {"eigengap", "elongated", "rotation"}
         What chooses K (`choose_k`).
     k_max : int
-        Most segments that it may choose.
+        Most segments that it may choose, or that a cut of the consensus has.
     draft_points : int
         Points on which K and the weight are chosen.
     fit : {"all", "draft"}
@@ -62,7 +62,8 @@ class Preset:
     voters : tuple of float
         Weights whose cuts vote in `find_consensus`, 0 to infinity.
     min_region : float
-        Smaller regions of a grid, as a share of its pixels, join what surrounds them.
+        Smaller regions of a grid, as a share of its pixels, join what surrounds them; those of a
+        cloud in the consensus.
     fill : {"appendix", "watershed"}
         What gives pixels without depth a label: `fill_labels`, or `flood_labels`.
     """
@@ -89,6 +90,7 @@ class Preset:
 PRESETS: dict[str, Preset] = {
     "paper": Preset(),
     "fast": Preset(
+        landmarks=64,
         draft_points=5_000,
         fit="draft",
         restarts=2,

@@ -191,7 +191,7 @@ def merge_small_groups(
 
     This is `merge_small_regions` for points: a piece is a set of points of one label that pairs of
     neighbours connect, and every pair of a small and a kept piece votes once, in the same rounds.
-    Pieces without a neighbour take the label of the nearest kept point of each of their points.
+    Points of pieces that no kept one reaches take the label of the nearest kept point.
 
     Parameters
     ----------

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from geohue.stereo.rig import StereoRig
 
 
+_FEW = 500
+"""Points with geometry below which a thinned grid takes more of its rows and columns."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
     """A scene with colour and geometry, whatever it was recorded with.
@@ -350,10 +354,12 @@ class Scene:
             height, width = self.shape
             step = max(1, int(np.ceil(np.sqrt(self.size / max_points))))
             valid = self.valid
-            enough = min(int(valid.sum()), max_points // 10)
+            enough = min(int(valid.sum()), max_points // 10, _FEW)
             while True:
                 rows, columns = (np.arange(min(step // 2, n - 1), n, step) for n in (height, width))
-                if step == 1 or valid[rows[:, None], columns].sum() >= enough:
+                found = valid[rows[:, None], columns].sum()
+                large = len(rows) * len(columns) > 2 * max_points and found > 0
+                if step == 1 or found >= enough or large:
                     return np.asarray(rows[:, None] * width + columns, np.int64)
                 step = (step + 1) // 2
         order = _canonical_order(self.colors, self.points)

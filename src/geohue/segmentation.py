@@ -31,8 +31,8 @@ class Segmentation:
     k : int
         Number of segments.
     weight : float
-        The paper's lambda that was used: 0 for colour alone, infinity for geometry alone, NaN
-        for a compared system that has none.
+        The paper's lambda that was used, or that whose cuts are most like their consensus: 0 for
+        colour alone, infinity for geometry alone, NaN for a compared system that has none.
     quality : float or None
         Q of eq. 17 for `labels`; None with fewer than two segments or without geometry.
     weight_curve : list of (float, float)

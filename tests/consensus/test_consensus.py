@@ -64,7 +64,7 @@ def test_gaps_in_the_depth_part_nothing(three_boxes: tuple[Scene, NDArray[np.int
     depth = scene.depth.copy()
     depth[20:24, 36:88] = np.nan
     depth[np.random.default_rng(0).random(depth.shape) < 0.1] = np.nan
-    result = segment(Scene.from_rgbd(scene.colors, depth), preset="fast")
+    result = segment(Scene.from_rgbd(scene.colors, depth), preset="best")
     assert result.k == 3
     assert adjusted_rand_score(result.labels.ravel(), truth.ravel()) > 0.97
 
@@ -120,6 +120,53 @@ def test_permuting_and_scaling_a_cloud_changes_nothing(seed: int) -> None:
     one = segment(Scene.from_cloud(points, colors), preset=LIGHT).labels
     two = segment(Scene.from_cloud(8 * points[order], colors[order]), preset=LIGHT).labels
     assert adjusted_rand_score(one[order], two) == 1
+
+
+@pytest.mark.parametrize(("share", "most"), [(0.3, 4), (0.05, 8)])
+def test_sparse_depth_does_not_fall_apart(share: float, most: int) -> None:
+    """As of a laser scanner seen by a camera."""
+    rng = np.random.default_rng(0)
+    truth = np.repeat(np.arange(3), 100)[None].repeat(200, 0)
+    rgb = np.array([[200, 60, 50], [60, 160, 70], [50, 80, 200]])[truth]
+    rgb = np.clip(rgb + rng.normal(0, 4, rgb.shape), 0, 255).astype(np.uint8)
+    depth = np.array([1.0, 1.5, 2.2])[truth] + rng.normal(0, 0.004, truth.shape)
+    depth[rng.random(depth.shape) > share] = np.nan
+    for preset in ("fast", "best"):
+        assert 3 <= segment(Scene.from_rgbd(rgb, depth), preset=preset).k <= most
+
+
+def touching_halves(n: int) -> tuple[Scene, NDArray[np.int32]]:
+    """A plane in two colours, more points of it than the draft of LIGHT has."""
+    rng = np.random.default_rng(1)
+    points = np.c_[rng.uniform(0, 2, (n, 2)), rng.normal(0, 0.002, n)]
+    truth = (points[:, 0] > 1).astype(np.int32)
+    colors = np.array([[200, 60, 50], [60, 160, 70]])[truth] + rng.normal(0, 3, (n, 3))
+    return Scene.from_cloud(points, np.clip(colors, 0, 255).astype(np.uint8)), truth
+
+
+def test_touching_parts_of_a_cloud_larger_than_its_draft() -> None:
+    scene, truth = touching_halves(6000)
+    labels = segment(scene, preset=LIGHT).labels
+    assert adjusted_rand_score(truth, labels) > 0.95
+    order = np.random.default_rng(2).permutation(6000)
+    moved = Scene.from_cloud(scene.points[order], scene.colors[order])
+    assert adjusted_rand_score(labels[order], segment(moved, preset=LIGHT).labels) == 1
+
+
+def test_repeated_points_do_not_become_segments() -> None:
+    scene, truth = touching_halves(300)
+    many = Scene.from_cloud(scene.points.repeat(20, 0), scene.colors.repeat(20, 0))
+    labels = segment(many, preset=LIGHT).labels
+    assert labels.max() < 10  # 314 when a place is no neighbour of others
+    assert adjusted_rand_score(truth.repeat(20), labels) > 0.9
+
+
+def test_two_views() -> None:
+    rgb = np.zeros((60, 90, 3), np.uint8)
+    rgb[:, 45:] = (30, 200, 90)
+    depth = np.where(np.arange(90) < 45, 1.0, 2.0)[None].repeat(60, 0)
+    both = replace(Scene.from_rgbd(rgb, depth), second_colors=rgb)
+    assert segment(both, preset="best").labels[0, ::30].tolist() == [0, 0, 1]
 
 
 def test_points_of_a_cloud_without_a_position() -> None:

@@ -43,7 +43,7 @@ class Consensus:
     Attributes
     ----------
     labels : (h, w) or (m,) int32
-        Connected segments of the draft, -1 where it has no point.
+        Segments of the draft, connected but for gaps; -1 where it has no point.
     weight : float
         The voter whose cuts are most like them.
     """
@@ -77,7 +77,8 @@ def find_consensus(
     k_max : int
         Most segments of one cut; the consensus can have more.
     min_region : float
-        Share of the points below which a region joins what is around it.
+        Share of the points below which a region joins what is around it; `SMALLEST` points at the
+        least.
     workers : Workers
         Threads to use.
     voters : sequence of float
@@ -94,17 +95,15 @@ def find_consensus(
     counts = range(2, k_max + 1)
     by_voter = list(workers.map(lambda weight: cutter.draft_cuts(weight, counts), voters))
     weights = [weight for weight, cuts in zip(voters, by_voter, strict=True) for _ in cuts]
-    if not weights:  # all points coincide
+    if not weights:  # no voter can tell two points apart
         return Consensus(np.where(draft.valid, 0, -1).astype(np.int32), 1.0)
     ground = _Ground.of(draft, max(SMALLEST, round(min_region * draft.size)))
     cuts = list(workers.map(ground.tidied, [labels for cuts in by_voter for labels in cuts]))
     share = count_votes(cuts, ground.one, ground.other)
     joined = join_by_votes(ground.one, ground.other, share, draft.size, least)
     labels = ground.known(ground.tidied(ground.known(joined.reshape(draft.shape))))
-    pairs = adjacent_points(draft)
-    labels = join_faint(
-        labels, *pairs, _steps(cutter.draft, *pairs), count_votes(cuts, *pairs), clear
-    )
+    one, other, real = ground.real_pairs()
+    labels = join_faint(labels, one, other, _steps(cutter.draft, one, other), share[real], clear)
     distance = distances_from(labels, cuts)
     mean = {weight: distance[np.equal(weights, weight)].mean() for weight in weights}
     return Consensus(labels, min(mean, key=mean.__getitem__))
@@ -129,6 +128,16 @@ class _Ground:
             return cls(draft, None, *adjacent_points(draft), smallest)
         return cls(draft, nearest_known(draft.valid), *adjacent_pixels(draft.shape), smallest)
 
+    def real_pairs(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+        """The points behind each pair, and which pairs have two, in two places."""
+        if self.near is None:
+            one, other = self.one, self.other
+            real = (self.draft.points[one] != self.draft.points[other]).any(axis=1)
+        else:
+            one, other = (self.near.reshape(-1)[side] for side in (self.one, self.other))
+            real = one != other
+        return one[real], other[real], real
+
     def known(self, labels: Labels) -> Labels:
         """Leave points without a position without a label."""
         return np.where(self.draft.valid, labels, np.int32(-1))
@@ -144,7 +153,7 @@ class _Ground:
             pieces = connected_components(labels)
         else:
             pieces = connected_groups(labels, *pairs)
-        if np.bincount(pieces.reshape(-1) + 1)[1:].max(initial=0) < self.smallest:
+        if np.bincount(pieces.reshape(-1)[labels.reshape(-1) >= 0]).max(initial=0) < self.smallest:
             return np.zeros_like(labels)
         if self.near is not None:
             return merge_small_regions(labels, self.smallest)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.adjacency import nearest_known
+from geohue.adjacency import first_of_each, nearest_known
 from geohue.features import Features
 from geohue.parallel import Workers
 from geohue.scene import Scene
@@ -66,7 +66,10 @@ def spread(
         whole[draft.reshape(-1)] = flat
         return whole.reshape(scene.shape)
     examples = np.flatnonzero(flat >= 0)
-    around = (_around_pixel if scene.is_grid else _around_point)(labels, draft, examples, scene)
+    if scene.is_grid:
+        around = _around_pixel(labels, draft, scene)
+    else:
+        around = _around_point(draft, examples, scene)
     vectors = features.mixed(1.0)
     row_of = np.zeros(flat.size, np.int64)
     row_of[examples] = np.searchsorted(features.index, draft.reshape(-1)[examples])
@@ -84,9 +87,7 @@ def spread(
     return features.to_scene(np.concatenate(list(parts)))
 
 
-def _around_pixel(
-    labels: Labels, draft: NDArray[np.int64], _: NDArray[np.int64], scene: Scene
-) -> Source:
+def _around_pixel(labels: Labels, draft: NDArray[np.int64], scene: Scene) -> Source:
     """The four pixels of the draft around each; where one has no label, the nearest to it that has.
 
     The draft of a grid is every n-th row and column.
@@ -113,12 +114,11 @@ def _two_nearest(n: int, kept: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(nearer[:, None], both[:, ::-1], both)
 
 
-def _around_point(
-    _: Labels, draft: NDArray[np.int64], examples: NDArray[np.int64], scene: Scene
-) -> Source:
+def _around_point(draft: NDArray[np.int64], examples: NDArray[np.int64], scene: Scene) -> Source:
     """The four points of the draft nearest to each in space."""
     from scipy.spatial import cKDTree
 
+    examples = examples[first_of_each(scene.points[draft[examples]])[0]]
     tree = cKDTree(scene.points[draft[examples]])
     k = min(NEAREST, len(examples))
 

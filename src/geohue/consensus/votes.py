@@ -55,7 +55,7 @@ def join_by_votes(
     The votes of a border are the mean over the pairs of points along it. Of all borders the one
     with the fewest votes goes first (average linkage among neighbours), as long as it has fewer
     than `least`. Since the mean of two borders is never below the lower one, regions that are each
-    other's nearest can be joined side by side and give the same hierarchy: a few dozen rounds do.
+    other's nearest can be joined side by side and give, but for ties, the same hierarchy.
 
     Parameters
     ----------

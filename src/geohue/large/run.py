@@ -51,7 +51,8 @@ def segment_file(
     The first pass over the file gathers the moments of colour and geometry (eq. 3, 4; exact) and
     a random sample of 100,000 points; k, weight and the cut are found on the sample; the second
     pass labels every point. With no more points than the sample, the labels are those of
-    `geohue.segment`. They depend neither on `memory` nor on where the passes run.
+    `geohue.segment` (which has a consensus of cuts besides). They depend neither on `memory` nor
+    on where the passes run.
 
     Parameters
     ----------
@@ -135,8 +136,8 @@ def _check(question: Question, processes: int | None) -> None:
     check_arguments(question.k, question.weight, question.seed)
     if question.weight == "consensus":
         raise GeohueError(
-            'weight="consensus" needs the whole cloud in memory: choose weight="agreement", or '
-            "segment the cloud without --memory"
+            'weight="consensus" needs the whole cloud in memory, and this one goes through in '
+            'pieces: choose weight="agreement"'
         )
     if question.cues not in CUES:
         raise GeohueError(f"cues {question.cues!r}: choose one of {', '.join(CUES)}")

@@ -31,7 +31,7 @@ FINER_BALANCES: tuple[float, ...] = (
     math.tan(3 * math.pi / 8),
     math.inf,
 )
-"""The same with one more between each two; the angles of the mix (`Features.mixed`) are even."""
+"""The same with one more between each two; for one view the angles of the mix are even."""
 
 
 def search_weight(
