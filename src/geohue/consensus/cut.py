@@ -30,8 +30,9 @@ LEAST = 0.15
 CLEAR = 0.6
 """Share times contrast that it must have (`join_faint`)."""
 
-SMALLEST = 10
-"""Points of a region below which it joins what is around it, however small the draft."""
+SMALLEST = 10, 30
+"""Pixels of a grid and points of a cloud below which a region joins what is around it, however
+small the draft; the neighbourhood of points is the rougher one."""
 
 Labels = NDArray[np.int32]
 
@@ -77,8 +78,7 @@ def find_consensus(
     k_max : int
         Most segments of one cut; the consensus can have more.
     min_region : float
-        Share of the points below which a region joins what is around it; `SMALLEST` points at the
-        least.
+        Share of the points below which a region joins what is around it; `SMALLEST` at the least.
     workers : Workers
         Threads to use.
     voters : sequence of float
@@ -97,7 +97,7 @@ def find_consensus(
     weights = [weight for weight, cuts in zip(voters, by_voter, strict=True) for _ in cuts]
     if not weights:  # no voter can tell two points apart
         return Consensus(np.where(draft.valid, 0, -1).astype(np.int32), 1.0)
-    ground = _Ground.of(draft, max(SMALLEST, round(min_region * draft.size)))
+    ground = _Ground.of(draft, min_region)
     cuts = list(workers.map(ground.tidied, [labels for cuts in by_voter for labels in cuts]))
     share = count_votes(cuts, ground.one, ground.other)
     joined = join_by_votes(ground.one, ground.other, share, draft.size, least)
@@ -123,10 +123,11 @@ class _Ground:
     smallest: int
 
     @classmethod
-    def of(cls, draft: Scene, smallest: int) -> _Ground:
+    def of(cls, draft: Scene, min_region: float) -> _Ground:
+        pixels, points = (max(least, round(min_region * draft.size)) for least in SMALLEST)
         if not draft.is_grid:
-            return cls(draft, None, *adjacent_points(draft), smallest)
-        return cls(draft, nearest_known(draft.valid), *adjacent_pixels(draft.shape), smallest)
+            return cls(draft, None, *adjacent_points(draft), points)
+        return cls(draft, nearest_known(draft.valid), *adjacent_pixels(draft.shape), pixels)
 
     def real_pairs(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
         """The points behind each pair, and which pairs have two, in two places."""
