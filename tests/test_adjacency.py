@@ -6,19 +6,26 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from geohue import Scene
-from geohue.adjacency import adjacent_points
+from geohue.adjacency import adjacent_points, link_pieces
 
 
 def cloud(points: np.ndarray[tuple[int, ...], np.dtype[np.floating]]) -> Scene:
     return Scene.from_cloud(points, np.zeros((len(points), 3), np.uint8))
 
 
-def pieces(scene: Scene) -> int:
+def all_pairs(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     one, other = adjacent_points(scene)
+    more = link_pieces(scene, one, other)
+    return np.concatenate([one, more[0]]), np.concatenate([other, more[1]])
+
+
+def pieces(scene: Scene) -> int:
+    one, other = all_pairs(scene)
     valid = np.flatnonzero(scene.valid.reshape(-1))
     assert np.isin(one, valid).all()
     assert np.isin(other, valid).all()
@@ -42,7 +49,7 @@ def test_a_cloud_is_connected_and_no_point_is_beside_itself(seed: int, n: int) -
 def test_scan_lines_are_linked() -> None:
     along = np.linspace(0, 10, 2000)
     lines = [np.c_[along, np.full(2000, y), np.zeros(2000)] for y in (0.0, 1.0, 2.0)]
-    one, other = adjacent_points(cloud(np.concatenate(lines)))
+    one, other = all_pairs(cloud(np.concatenate(lines)))
     across = np.abs(one // 2000 - other // 2000)
     assert pieces(cloud(np.concatenate(lines))) == 1
     assert np.count_nonzero(across) < 20  # a few links, not a new neighbourhood

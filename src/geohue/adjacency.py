@@ -26,8 +26,8 @@ def adjacent_points(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]
     -------
     one, other : (E,) int64
         Flat positions, no pair of a point with itself: each two pixels that share a side; each
-        point of a cloud with its `CLOUD_NEIGHBOURS` nearest, and as many more as it takes to
-        connect the cloud (scan lines, gaps).
+        point of a cloud with its `CLOUD_NEIGHBOURS` nearest. Points in the same place count as
+        one: the first of them is paired with others, the rest with it.
 
     Examples
     --------
@@ -42,28 +42,44 @@ def adjacent_points(scene: Scene) -> tuple[NDArray[np.int64], NDArray[np.int64]]
         both = valid[one] & valid[other]
         return one[both], other[both]
     index = np.flatnonzero(scene.valid)
-    one, other = _adjacent_positions(scene.points[index])
+    first, place = first_of_each(scene.points[index])
+    pairs = first[_near_pairs(scene.points[index[first]], np.arange(len(first)), CLOUD_NEIGHBOURS)]
+    copies = np.flatnonzero(first[place] != np.arange(len(index)))
+    one = np.concatenate([pairs[:, 0], first[place[copies]]])
+    other = np.concatenate([pairs[:, 1], copies])
     return index[one], index[other]
 
 
-def _adjacent_positions(
-    points: NDArray[np.float32],
+def link_pieces(
+    scene: Scene, one: NDArray[np.int64], other: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pair points with their nearest, and where that leaves pieces apart, with the nearest there.
+    """Pair points of a cloud that pairs of neighbours leave unconnected (scan lines, gaps).
 
-    Points in the same place count as one: the first is paired with others, the rest with it.
+    Parameters
+    ----------
+    scene : Scene
+        A cloud.
+    one, other : (E,) int64
+        `adjacent_points`.
+
+    Returns
+    -------
+    one, other : (F,) int64
+        Pairs that connect all points with a position, none if they are connected.
     """
-    first, place = first_of_each(points)
-    here = points[first]
-    pairs = _near_pairs(here, np.arange(len(here)), CLOUD_NEIGHBOURS)
+    index = np.flatnonzero(scene.valid)
+    first, place = first_of_each(scene.points[index])
+    places = np.zeros(scene.size, np.int64)
+    places[index] = place
+    pairs = np.stack([places[one], places[other]], axis=1)
+    links = np.zeros((0, 2), np.int64)
+    here = scene.points[index[first]]
     while True:
-        apart, piece = _pieces(pairs, len(here))
-        if apart == 1 or len(here) < 2:
-            break
-        pairs = np.concatenate([pairs, _links(here, piece)])
-    copies = np.flatnonzero(first[place] != np.arange(len(points)))
-    one = np.concatenate([first[pairs[:, 0]], first[place[copies]]])
-    return one, np.concatenate([first[pairs[:, 1]], copies])
+        apart, piece = _pieces(np.concatenate([pairs, links]), len(first))
+        if apart < 2:
+            ends = index[first[links]]
+            return ends[:, 0], ends[:, 1]
+        links = np.concatenate([links, _links(here, piece)])
 
 
 def first_of_each(points: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

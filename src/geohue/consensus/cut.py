@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.adjacency import adjacent_pixels, adjacent_points, nearest_known
+from geohue.adjacency import adjacent_pixels, adjacent_points, link_pieces, nearest_known
 from geohue.consensus.contrast import join_faint
 from geohue.consensus.votes import count_votes, join_by_votes
 from geohue.features import Features
@@ -120,14 +120,19 @@ class _Ground:
     near: NDArray[np.int64] | None
     one: NDArray[np.int64]
     other: NDArray[np.int64]
+    n_beside: int  # the pairs after these only link pieces of a cloud
     smallest: int
 
     @classmethod
     def of(cls, draft: Scene, min_region: float) -> _Ground:
         pixels, points = (max(least, round(min_region * draft.size)) for least in SMALLEST)
-        if not draft.is_grid:
-            return cls(draft, None, *adjacent_points(draft), points)
-        return cls(draft, nearest_known(draft.valid), *adjacent_pixels(draft.shape), pixels)
+        if draft.is_grid:
+            one, other = adjacent_pixels(draft.shape)
+            return cls(draft, nearest_known(draft.valid), one, other, len(one), pixels)
+        one, other = adjacent_points(draft)
+        far = link_pieces(draft, one, other)
+        both = np.concatenate([one, far[0]]), np.concatenate([other, far[1]])
+        return cls(draft, None, *both, len(one), points)
 
     def real_pairs(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
         """The points behind each pair, and which pairs have two, in two places."""
@@ -148,7 +153,7 @@ class _Ground:
 
         Where all regions are small it is noise, and says nothing.
         """
-        pairs = self.one, self.other
+        pairs = self.one[: self.n_beside], self.other[: self.n_beside]
         if self.near is not None:
             labels = labels.reshape(-1)[self.near]
             pieces = connected_components(labels)
