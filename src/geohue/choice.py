@@ -73,6 +73,8 @@ class Choice:
             return None
         if self.splitter is not self.cutter:
             return None
+        if weight == "auto" and not self.scene.is_grid:  # not measured on clouds: on request only
+            return None
         settings, draft = self.settings, self.scene.take(self.draft)
         limits = settings.k_max, settings.min_region
         return find_consensus(self.cutter, draft, *limits, self.team, settings.voters)

@@ -54,7 +54,8 @@ class Preset:
         draft is enough for the sums over all points, and saves two of the three passes.
     weight_rule : {"quality", "agreement", "consensus"}
         What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`; or nothing, and
-        what `find_consensus` says is taken where K is not given (where it is, "agreement" serves).
+        what `find_consensus` says is taken where K is not given and the scene is a grid (elsewhere
+        "agreement" serves).
     weights, refinements : tuple of float
         Weights tried first, and the steps around the best (`search_weight`).
     compared : tuple of float

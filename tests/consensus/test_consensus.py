@@ -117,8 +117,9 @@ def test_permuting_and_scaling_a_cloud_changes_nothing(seed: int) -> None:
     hues = np.array([[220, 40, 40], [40, 200, 60], [50, 60, 230]])[part]
     colors = np.clip(hues + rng.normal(0, 9, (900, 3)), 0, 255).astype(np.uint8)
     order = rng.permutation(900)
-    one = segment(Scene.from_cloud(points, colors), preset=LIGHT).labels
-    two = segment(Scene.from_cloud(8 * points[order], colors[order]), preset=LIGHT).labels
+    one = segment(Scene.from_cloud(points, colors), "auto", "consensus", LIGHT).labels
+    moved = Scene.from_cloud(8 * points[order], colors[order])
+    two = segment(moved, "auto", "consensus", LIGHT).labels
     assert adjusted_rand_score(one[order], two) == 1
 
 
@@ -146,17 +147,27 @@ def touching_halves(n: int) -> tuple[Scene, NDArray[np.int32]]:
 
 def test_touching_parts_of_a_cloud_larger_than_its_draft() -> None:
     scene, truth = touching_halves(6000)
-    labels = segment(scene, preset=LIGHT).labels
+    labels = segment(scene, "auto", "consensus", LIGHT).labels
     assert adjusted_rand_score(truth, labels) > 0.95
     order = np.random.default_rng(2).permutation(6000)
     moved = Scene.from_cloud(scene.points[order], scene.colors[order])
-    assert adjusted_rand_score(labels[order], segment(moved, preset=LIGHT).labels) == 1
+    assert (
+        adjusted_rand_score(labels[order], segment(moved, "auto", "consensus", LIGHT).labels) == 1
+    )
 
 
 def test_repeated_points_do_not_become_segments() -> None:
     scene, _ = touching_halves(300)
     many = Scene.from_cloud(scene.points.repeat(20, 0), scene.colors.repeat(20, 0))
-    assert segment(many, preset=LIGHT).k < 10  # 314 when a place is no neighbour of others
+    assert (
+        segment(many, "auto", "consensus", LIGHT).k < 10
+    )  # 314 when a place is no neighbour of others
+
+
+def test_clouds_only_on_request() -> None:
+    scene, _ = touching_halves(3000)
+    assert len(segment(scene, preset="fast").weight_curve) > 1
+    assert segment(scene, "auto", "consensus", "fast").weight_curve == []
 
 
 def test_two_views() -> None:
@@ -172,7 +183,7 @@ def test_points_of_a_cloud_without_a_position() -> None:
     points = np.concatenate([rng.normal(0, 0.3, (600, 3)), rng.normal(4, 0.3, (600, 3))])
     colors = np.repeat([[200, 30, 30], [30, 30, 200]], 600, axis=0).astype(np.uint8)
     points[::7] = np.nan
-    result = segment(Scene.from_cloud(points, colors), preset="fast")
+    result = segment(Scene.from_cloud(points, colors), weight="consensus")
     assert result.k == 2
     assert np.array_equal(result.labels < 0, np.isnan(points[:, 0]))
 

@@ -51,8 +51,7 @@ def segment_file(
     The first pass over the file gathers the moments of colour and geometry (eq. 3, 4; exact) and
     a random sample of 100,000 points; k, weight and the cut are found on the sample; the second
     pass labels every point. With no more points than the sample, the labels are those of
-    `geohue.segment` (which has a consensus of cuts besides). They depend neither on `memory` nor
-    on where the passes run.
+    `geohue.segment`. They depend neither on `memory` nor on where the passes run.
 
     Parameters
     ----------
