@@ -65,6 +65,7 @@ def compile_all() -> None:
     scene = Scene.from_rgbd(rgb, depth)
     for preset in PRESETS:
         segment(scene, preset=preset)
+        segment(scene, k=3, preset=preset)
     for method, baseline in BASELINES.items():
         segment(scene, k=3, method=method, cues=baseline.cues[0])
     points = Scene.from_cloud(scene.points[scene.valid], scene.colors[scene.valid])
