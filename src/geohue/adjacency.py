@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.regions import join_pairs
 from geohue.scene import Scene
 
 CLOUD_NEIGHBOURS = 5
@@ -75,8 +76,9 @@ def link_pieces(
     links = np.zeros((0, 2), np.int64)
     here = scene.points[index[first]]
     while True:
-        apart, piece = _pieces(np.concatenate([pairs, links]), len(first))
-        if apart < 2:
+        all_pairs = np.concatenate([pairs, links])
+        piece = join_pairs(all_pairs[:, 0], all_pairs[:, 1], len(first))
+        if piece.max(initial=0) == 0:
             ends = index[first[links]]
             return ends[:, 0], ends[:, 1]
         links = np.concatenate([links, _links(here, piece)])
@@ -110,15 +112,6 @@ def _near_pairs(
     _, near = cKDTree(points).query(points[asking], k + 1)
     pairs = np.stack([np.repeat(asking, k + 1), np.asarray(near, np.int64).reshape(-1)], axis=1)
     return np.asarray(pairs[pairs[:, 0] != pairs[:, 1]])
-
-
-def _pieces(pairs: NDArray[np.int64], n: int) -> tuple[int, NDArray[np.int32]]:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    found, piece = connected_components(graph, directed=False)
-    return int(found), np.asarray(piece)
 
 
 def _links(points: NDArray[np.float32], piece: NDArray[np.int32]) -> NDArray[np.int64]:

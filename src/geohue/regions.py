@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, sparse
+from scipy import ndimage
 
 from geohue.errors import GeohueError
 
@@ -175,9 +175,22 @@ def connected_groups(
     [0, 0, 1]
     """
     alike = labels[one] == labels[other]
-    graph = sparse.coo_array((alike[alike], (one[alike], other[alike])), shape=2 * labels.shape)
-    _, piece = sparse.csgraph.connected_components(graph, directed=False)
-    return np.asarray(piece, np.int32)
+    return join_pairs(one[alike], other[alike], len(labels))
+
+
+def join_pairs(one: NDArray[np.int64], other: NDArray[np.int64], n: int) -> NDArray[np.int32]:
+    """Number the sets that pairs make of 0..n-1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> join_pairs(np.array([0, 3]), np.array([2, 3]), 4).tolist()
+    [0, 1, 0, 2]
+    """
+    from scipy.sparse import coo_array, csgraph  # not what every cut should wait for
+
+    graph = coo_array((np.ones(len(one), bool), (one, other)), shape=(n, n))
+    return np.asarray(csgraph.connected_components(graph, directed=False)[1], np.int32)
 
 
 def merge_small_groups(
@@ -232,8 +245,8 @@ def merge_small_groups(
         heard = ~kept[asking] & kept[asked]
         if not heard.any():
             break
-        places, found = _most_voted(asking[heard], label_of[asked[heard]])
-        label_of[places] = found
+        places, voter = np.unique(asking[heard], return_inverse=True)
+        label_of[places] = _modes(voter, label_of[asked[heard]], np.ones(len(voter), np.int64))
         kept[places] = True
     merged = label_of[piece]
     left = ~kept[piece]
@@ -244,16 +257,6 @@ def merge_small_groups(
         _, nearest = cKDTree(points[sure]).query(points[left])
         merged[left] = merged[sure][nearest]
     return merged
-
-
-def _most_voted(
-    places: NDArray[np.integer[Any]], votes: NDArray[np.int32]
-) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Return each place with the label that has most votes there, the lowest of equals."""
-    pairs, counts = np.unique(np.stack([places, votes], axis=1), axis=0, return_counts=True)
-    order = np.lexsort((pairs[:, 1], -counts, pairs[:, 0]))
-    at, first = np.unique(pairs[order, 0], return_index=True)
-    return at.astype(np.int64), pairs[order, 1][first].astype(np.int32)
 
 
 def relabel(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

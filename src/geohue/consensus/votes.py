@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+
+from geohue.regions import join_pairs
 
 Labels = NDArray[np.int32]
 
@@ -85,13 +85,15 @@ def join_by_votes(
     [0, 0, 1, 1]
     """
     # What no vote parts is one from the start: nine tenths of the pairs.
-    labels = _joined(one, other, share <= 0, n)
+    whole = share <= 0
+    labels = join_pairs(one[whole], other[whole], n)
     borders = _Borders.between(labels, one, other, share)
     while True:
         weakest = borders.mutual(least)
         if not weakest.any():
             return _in_order(labels)
-        new = _joined(borders.low, borders.high, weakest, int(labels.max(initial=-1)) + 1)
+        n = int(labels.max(initial=-1)) + 1
+        new = join_pairs(borders.low[weakest], borders.high[weakest], n)
         labels = new[labels]
         borders = borders.among(new)
 
@@ -143,15 +145,6 @@ class _Borders:
             first = np.minimum(first, best)
         mutual = (first[self.low] == rank) & (first[self.high] == rank)
         return np.asarray(mutual & (share < least))
-
-
-def _joined(
-    one: NDArray[np.int64], other: NDArray[np.int64], which: NDArray[np.bool_], n: int
-) -> Labels:
-    """Number the sets that the pairs `which` make of 0..n-1."""
-    pairs = one[which], other[which]
-    graph = coo_array((np.ones(len(pairs[0]), np.int8), pairs), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1], np.int32)
 
 
 def _in_order(labels: Labels) -> Labels:
