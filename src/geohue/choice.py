@@ -120,7 +120,7 @@ class Choice:
         return None if isinstance(weight, str) else float(weight)
 
 
-def check_arguments(k: Count, weight: Weight, seed: int, method: str = "nncsc") -> None:
+def check_arguments(k: Count, weight: Weight, seed: int, method: str) -> None:
     """Raise `GeohueError` unless these are as `segment` takes them."""
     if k != "auto" and not (_is_whole(k) and 1 <= k <= K_LIMIT):
         raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')

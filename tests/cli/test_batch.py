@@ -305,6 +305,7 @@ def test_names_of_frames(
             "weight is -1.0: expected auto, quality, agreement, consensus, or at least 0",
         ),
         (["--lambda", "nan"], "weight is nan: expected"),
+        (["--lambda", "consensus", "--method", "kmeans"], 'is for method "nncsc", not'),
         (["--preset", "slow"], "preset 'slow'"),
         (["--cues", "smell"], "cues 'smell': choose among"),
         (["--method", "magic"], "magic"),

@@ -50,7 +50,7 @@ class Settings:
         check_method(self.method, self.cues, is_grid=True)
         for name in self.formats:
             _choose("format", name, FORMATS)
-        check_arguments(self.k, self.weight, self.seed)
+        check_arguments(self.k, self.weight, self.seed, self.method)
 
     def segment(self, scene: Scene) -> Segmentation:
         """Segment a scene with one thread."""

@@ -132,7 +132,7 @@ RESULT = "result.json"
 
 
 def _check(question: Question, processes: int | None) -> None:
-    check_arguments(question.k, question.weight, question.seed)
+    check_arguments(question.k, question.weight, question.seed, "nncsc")
     if question.weight == "consensus":
         raise GeohueError(
             'weight="consensus" needs the whole cloud in memory, and this one goes through in '
