@@ -44,7 +44,8 @@ class LasChunks:
     def read(self, start: int, stop: int) -> Chunk:
         """Read the points from `start` to `stop` (exclusive)."""
         points = self._points(start, stop)
-        xyz = np.stack([np.asarray(points[axis], np.float64) for axis in "xyz"], axis=-1)
+        with np.errstate(all="ignore"):  # a damaged header may scale beyond all numbers
+            xyz = np.stack([np.asarray(points[axis], np.float64) for axis in "xyz"], axis=-1)
         xyz[~(np.abs(xyz) < TOO_FAR)] = np.nan
         if not self.has_colors:
             return xyz, np.zeros(xyz.shape, np.uint8)
