@@ -25,10 +25,10 @@ import numpy as np
 
 import geohue
 from geohue.datasets import load_sample
-from geohue.io import read_cloud, read_color
-from geohue.io.disparity import read_disparity
-from geohue.io.scenes import read_scene
-from geohue.io.stereo_calibration import read_stereo_calibration
+from geohue.read import read_cloud, read_color
+from geohue.read.cameras.stereo_calibration import read_stereo_calibration
+from geohue.read.images.disparity import read_disparity
+from geohue.read.scenes.scenes import read_scene
 
 PRESETS = ("paper", "fast", "best")
 METHODS = (
@@ -62,9 +62,7 @@ def frames_of(name: str, step: int, most: int) -> dict[str, Load]:
 
 
 def _frame(folder: Path) -> geohue.Scene:
-    return read_scene(
-        next(folder.glob("rgb.*")), folder / "depth.png", folder / "intrinsics.json"
-    )
+    return read_scene(next(folder.glob("rgb.*")), folder / "depth.png", folder / "intrinsics.json")
 
 
 def pairs() -> dict[str, Load]:

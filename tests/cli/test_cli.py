@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from geohue import Scene, first_run
+from geohue import Scene
 from geohue.cli.app import run
-from geohue.io import read_ply, write_ply
+from geohue.compute import first_run
+from geohue.read import read_ply
+from geohue.results import write_ply
 
 CONTRACT_KEYS = {
     "k",

@@ -31,8 +31,8 @@ def evaluate(
     if pred.is_dir():
         _evaluate_folders(pred, gt, as_json)
         return
-    from geohue.evaluate import evaluate as measure
-    from geohue.io.images import read_labels
+    from geohue.measures import evaluate as measure
+    from geohue.read.images.pictures import read_labels
 
     scores = measure(read_labels(pred) - 1, read_labels(gt))
     if as_json:
@@ -42,7 +42,7 @@ def evaluate(
 
 
 def _evaluate_folders(pred: Path, gt: Path, as_json: bool) -> None:
-    from geohue.evaluate.folders import evaluate_folders
+    from geohue.studies.benchmark.folders import evaluate_folders
 
     found = evaluate_folders(pred, gt)
     if found["missing"]:
