@@ -13,6 +13,7 @@ import geohue.compute.compiled
 from geohue import GeohueWarning
 from geohue.cli.app import run
 from geohue.compute import first_run
+from geohue.segmentation import warm
 
 
 def test_compiling_is_told_once() -> None:
@@ -51,7 +52,7 @@ def test_the_command_line_says_so_in_one_line(
         first_run.announce()
         first_run.announce()
 
-    monkeypatch.setattr(first_run, "compile_all", compile_all)
+    monkeypatch.setattr(warm, "compile_all", compile_all)
     assert run(["warm"]) == 0
     captured = capsys.readouterr()
     assert captured.out.startswith("all loops are compiled")
