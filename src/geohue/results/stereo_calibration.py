@@ -35,6 +35,7 @@ def write_stereo_calibration(
     --------
     >>> file = getfixture("tmp_path") / "stereo.yml"
     >>> from geohue import Intrinsics
+    >>> from geohue.read.cameras.stereo_calibration import read_stereo_calibration
     >>> camera = Intrinsics(500.0, 500.0, 320.0, 240.0, 640, 480)
     >>> write_stereo_calibration(file, StereoRig(camera, camera, 0.1))
     >>> read_stereo_calibration(file).baseline

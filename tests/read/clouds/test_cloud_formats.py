@@ -306,7 +306,8 @@ def test_every_cloud_of_the_data_is_read_or_refused_with_a_reason(data_dir: Path
                 read_scene(file)
         else:
             assert cloud.colors.std() > 10
-    assert colorless == ["sparse.ply"]
+    labels_only = {"room2_gt_coarse.ply", "room2_gt_fine.ply"}  # not in every copy of the data
+    assert set(colorless) - labels_only == {"sparse.ply"}
     assert len(files) >= 15
 
 

@@ -43,7 +43,8 @@ def test_a_job_that_never_ends_is_ended() -> None:
 
 
 def test_no_process_stays_behind() -> None:
+    before = set(multiprocessing.active_children())  # other tests keep a cluster
     crew = run_crew(_faults.work, ["a", "sleep", "b"], 2, 60)
     next(crew)
     crew.close()  # type: ignore[attr-defined]
-    assert not multiprocessing.active_children()
+    assert set(multiprocessing.active_children()) <= before

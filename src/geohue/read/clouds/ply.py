@@ -93,6 +93,7 @@ def read_ply(path: str | Path) -> CloudData:
 
     Examples
     --------
+    >>> from geohue.results import write_ply
     >>> file = getfixture("tmp_path") / "cloud.ply"
     >>> write_ply(file, [[0, 0, 1], [0, 1, 1]], [[255, 0, 0], [0, 255, 0]], [0, -1])
     >>> read_ply(file).labels

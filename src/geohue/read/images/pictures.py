@@ -64,6 +64,7 @@ def read_color(path: str | Path) -> NDArray[np.uint8]:
 
     Examples
     --------
+    >>> from geohue.results import write_png
     >>> file = getfixture("tmp_path") / "grey.png"
     >>> write_png(file, np.full((2, 3), 7, np.uint8))
     >>> read_color(file).shape
@@ -116,6 +117,7 @@ def read_depth(path: str | Path, scale: float | str | DepthUnit | None = None) -
 
     Examples
     --------
+    >>> from geohue.results import write_png
     >>> file = getfixture("tmp_path") / "depth.png"
     >>> write_png(file, np.array([[0, 1500]], np.uint16))
     >>> read_depth(file).depth
