@@ -1,6 +1,8 @@
-"""The driver: Sections II to IV of the paper and its Appendix, in their order."""
+"""The driver: Sections II to IV of the paper and its Appendix, in their order, or the merging."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +11,11 @@ from geohue.compute.labels import relabel
 from geohue.compute.parallel import workers
 from geohue.consensus import spread
 from geohue.errors import GeohueError
-from geohue.features import Cues, extract_features, lab_of
+from geohue.features import Cues, Features, extract_features, lab_of
 from geohue.fill import fill_labels
 from geohue.fill.flood import flood_labels
 from geohue.fill.unseen import label_unseen
+from geohue.merge.levels import Detail, threshold_of
 from geohue.ncut.cutter import Cutter
 from geohue.regions.images import connected_components
 from geohue.scene import Scene
@@ -25,16 +28,19 @@ from geohue.segmentation.choice import (
     shortfalls,
 )
 from geohue.segmentation.clusterers import check_method, make_clusterer
+from geohue.segmentation.merged import merge_scene, with_position
 from geohue.segmentation.presets import Preset, preset_named
 from geohue.segmentation.result import Progress, Segmentation, StageClock
 from geohue.weight.quality import QualityMetric
+from geohue.weight.search import Curve
 
 
 def segment(
     scene: Scene,
     k: Count = "auto",
     weight: Weight = "auto",
-    preset: str | Preset = "paper",
+    preset: str | Preset = "best",
+    detail: Detail = "auto",
     cues: Cues = "fusion",
     method: str = "nncsc",
     seed: int = 0,
@@ -51,16 +57,20 @@ def segment(
     scene : Scene
         An RGB-D frame or a coloured cloud.
     k : int or "auto"
-        Number of segments, 1 to 255; "auto" chooses it (`choose_k`, or what the consensus comes
-        to), and may choose 1.
-    weight : float, "auto", "quality", "agreement" or "consensus"
+        Number of segments, 1 to 255; "auto" chooses it, and may choose 1. Where regions are merged
+        it takes the level of the tree with so many segments.
+    weight : float, "auto", "quality", "agreement", "consensus" or "merge"
         The paper's lambda, the weight of geometry against colour, 0 to infinity. "quality" takes
-        the one with the highest Q, as the paper does, "agreement" that of `weight_by_agreement`;
-        "consensus" chooses neither a weight nor `k`, but keeps the borders that cuts of several
-        weights and numbers of segments share (`find_consensus`). "auto" leaves the choice of
-        these to the preset. Of no effect unless `cues` is "fusion".
-    preset : {"paper", "fast", "best"} or Preset
-        The settings.
+        the one with the highest Q, as the paper does, "agreement" that of `weight_by_agreement`.
+        "consensus" and "merge" choose no weight, but let cuts of several weights and numbers of
+        segments vote: "consensus" keeps the borders that enough of them draw (`find_consensus`),
+        "merge" merges regions on all the evidence (`geohue.merge`). "auto" leaves the choice of
+        these to the preset. Of no effect unless `cues` is "fusion" or it is "merge".
+    preset : {"best", "fast", "paper"} or Preset
+        The settings: "best" and "fast" merge regions, "paper" is the paper's method.
+    detail : float, "auto", "coarse" or "fine"
+        How fine the segments are where regions are merged: 0 is "auto", higher is finer
+        (`geohue.merge.levels.threshold_of`).
     cues : {"fusion", "color", "geometry"}
         What to go by.
     method : str
@@ -99,10 +109,12 @@ def segment(
     """
     settings, clock = preset_named(preset), StageClock(progress)
     check_arguments(k, weight, seed, method)
+    merges = _merges(settings, weight, method)
+    _check_detail(detail, k, merges)
     if components and not scene.is_grid:
         raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
     check_method(method, cues, scene.is_grid)
-    notes = list(scene.warnings)
+    notes, levels = list(scene.warnings), None
     with workers(threads) as team:
         with clock.stage("features"):  # Sec. II: eq. 1-5
             features = extract_features(scene, cues)
@@ -110,33 +122,32 @@ def segment(
             draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
             most = settings.k_max if k == "auto" else k
             check_count(len(features), k)
+            if merges:
+                most, draft = settings.most_voted(cues), with_position(draft, scene, cues)
             cutter = Cutter(features, draft, settings, team, seed, most)
+        if merges:  # beyond the paper: many cuts vote, and regions merge on all the evidence
+            wanted = None if k == "auto" else k
+            merged = merge_scene(scene, cutter, draft, settings, team, clock, wanted, detail)
+            labels, levels, lam, curve, n = merged.labels, merged.levels, merged.weight, [], k
+        else:
             splitter = make_clusterer(method, cutter, scene, features, draft, team, seed)
             choice = Choice(splitter, cutter, scene, draft, settings, team)
-        with clock.stage("k"):  # Sec. III: how many segments
-            n = choice.k(k, weight, cues)
-        with clock.stage("weight"):  # Sec. IV: eq. 6-17
-            agreed = choice.consensus(k, weight, cues, n)
-            lam, curve = (agreed.weight, []) if agreed else choice.weight(weight, cues, n)
-        with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
-            if agreed:
-                labels = spread(agreed.labels, draft, scene, features, team)
-            else:
-                labels = splitter.labels(lam, n)
-        with clock.stage("refine"):  # Sec. III: small regions, on grids
-            labels = choice.tidied(labels, scene)
+            labels, lam, curve, n = _cut(choice, features, k, weight, cues, clock)
         with clock.stage("quality"):  # eq. 17
             score = QualityMetric(scene)(labels)
         with clock.stage("fill"):  # Appendix: pixels without depth, on grids
-            if fill and scene.is_grid and not (labels >= 0).all():
-                labels = _filled(labels, scene, settings)
-            labels = label_unseen(labels, scene)  # Sec. VI-A: points that no camera sees
+            if levels is None:
+                labels = _filled(labels, scene, settings, fill)
+            else:
+                levels = replace(levels, regions=_filled(levels.regions, scene, settings, fill))
+                labels = merged.segment_of.take(levels.regions, mode="wrap")
+                labels = np.where(levels.regions >= 0, labels, np.int32(-1))
         if components:
             labels = connected_components(labels)
         labels, _ = relabel(labels)
     found = int(labels.max()) + 1
-    if splitter.uses_k:
-        notes += shortfalls(found, found if agreed else n, components)
+    if n is not None and n != "auto":
+        notes += shortfalls(found, n, components)
     return Segmentation(
         labels,
         found,
@@ -149,10 +160,55 @@ def segment(
         seed,
         clock.timings(),
         tuple(notes),
+        levels,
     )
 
 
-def _filled(labels: NDArray[np.int32], scene: Scene, settings: Preset) -> NDArray[np.int32]:
-    if settings.fill == "watershed":
-        return flood_labels(labels, scene.colors)
-    return fill_labels(labels, lab_of(scene.colors))
+def _merges(settings: Preset, weight: Weight, method: str) -> bool:
+    """Whether regions are merged: where the preset says so and no weight is given, or on request."""
+    rule = settings.weight_rule if weight == "auto" else weight
+    return rule == "merge" and method == "nncsc"
+
+
+def _check_detail(detail: Detail, k: Count, merges: bool) -> None:
+    threshold_of(detail)
+    if detail == "auto":
+        return
+    if not merges:
+        raise GeohueError(
+            f"detail is {detail!r}, but the paper's cut has no levels: "
+            'leave the weight to the preset "best" or "fast"'
+        )
+    if k != "auto":
+        raise GeohueError(f"detail is {detail!r} and k is {k}: give one of them")
+
+
+def _cut(
+    choice: Choice, features: Features, k: Count, weight: Weight, cues: Cues, clock: StageClock
+) -> tuple[NDArray[np.int32], float, Curve, int | None]:
+    """Sections III and IV: K, the weight and the cut; K is None where the method has its own."""
+    scene, splitter = choice.scene, choice.splitter
+    with clock.stage("k"):  # Sec. III: how many segments
+        n = choice.k(k, weight, cues)
+    with clock.stage("weight"):  # Sec. IV: eq. 6-17
+        agreed = choice.consensus(k, weight, cues, n)
+        lam, curve = (agreed.weight, []) if agreed else choice.weight(weight, cues, n)
+    with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
+        if agreed:
+            labels = spread(agreed.labels, choice.draft, scene, features, choice.team)
+        else:
+            labels = splitter.labels(lam, n)
+    with clock.stage("refine"):  # Sec. III: small regions, on grids
+        labels = choice.tidied(labels, scene)
+    return labels, lam, curve, n if splitter.uses_k and not agreed else None
+
+
+def _filled(
+    labels: NDArray[np.int32], scene: Scene, settings: Preset, fill: bool
+) -> NDArray[np.int32]:
+    if fill and scene.is_grid and not (labels >= 0).all():
+        if settings.fill == "watershed":
+            labels = flood_labels(labels, scene.colors)
+        else:
+            labels = fill_labels(labels, lab_of(scene.colors))
+    return label_unseen(labels, scene)  # Sec. VI-A: points that no camera sees

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 from geohue.errors import GeohueError
+from geohue.features import Cues
 from geohue.ncut.affinity import SCALE
 from geohue.ncut.labels import Labelling
 from geohue.ncut.landmarks import Choice
@@ -14,15 +16,17 @@ from geohue.ncut.settings import Fit
 from geohue.weight.search import (
     BALANCES,
     COARSE,
-    FINER_BALANCES,
     HALF_OCTAVES,
     REFINEMENTS,
 )
 
 Fill = Literal["appendix", "watershed"]
 
-WeightRule = Literal["quality", "agreement", "consensus"]
+WeightRule = Literal["quality", "agreement", "consensus", "merge"]
 WEIGHT_RULES: tuple[WeightRule, ...] = get_args(WeightRule)
+
+ONE_CUE = range(3, 47, 2)
+"""Numbers of segments of the cuts that vote where colour or geometry takes part alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +56,18 @@ class Preset:
     fit : {"all", "draft"}
         Points whose affinities make the eigenvectors, which are then read off everywhere. The
         draft is enough for the sums over all points, and saves two of the three passes.
-    weight_rule : {"quality", "agreement", "consensus"}
-        What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`; or nothing, and
-        what `find_consensus` says is taken where K is not given and the scene is a grid (elsewhere
-        "agreement" serves).
+    weight_rule : {"quality", "agreement", "consensus", "merge"}
+        What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`. Or nothing: what
+        `find_consensus` says is taken, or regions are merged on all the evidence
+        (`geohue.merge`).
     weights, refinements : tuple of float
         Weights tried first, and the steps around the best (`search_weight`).
     compared : tuple of float
         Weights whose segmentations are compared by `weight_by_agreement`, in increasing order.
     voters : tuple of float
-        Weights whose cuts vote in `find_consensus`, 0 to infinity.
+        Weights whose cuts vote, 0 to infinity.
+    counts : tuple of int
+        Numbers of segments of the cuts that vote in the merging.
     min_region : float
         Smaller regions of a grid, as a share of its pixels, join what surrounds them; those of a
         cloud in the consensus.
@@ -84,25 +90,33 @@ class Preset:
     refinements: tuple[float, ...] = REFINEMENTS
     compared: tuple[float, ...] = HALF_OCTAVES
     voters: tuple[float, ...] = BALANCES
+    counts: tuple[int, ...] = (2, 3, 4, 5, 6, 7, 8, 10, 12)
     min_region: float = 0.002
     fill: Fill = "appendix"
+
+    def voted(self, cues: Cues) -> Sequence[int]:
+        """Numbers of segments of the cuts that vote: more of them where one cue votes alone."""
+        return self.counts if cues == "fusion" else ONE_CUE
+
+    def most_voted(self, cues: Cues) -> int:
+        """Most segments of a cut that votes."""
+        return max(self.voted(cues))
 
 
 PRESETS: dict[str, Preset] = {
     "paper": Preset(),
     "fast": Preset(
         landmarks=64,
-        draft_points=5_000,
+        draft_points=6_000,
         fit="draft",
         restarts=2,
         center_points=2_000,
-        weight_rule="consensus",
+        weight_rule="merge",
+        counts=(4, 8, 12),
         compared=COARSE,
         fill="watershed",
     ),
-    "best": Preset(
-        landmarks=300, draft_points=40_000, weight_rule="consensus", voters=FINER_BALANCES
-    ),
+    "best": Preset(landmarks=128, weight_rule="merge", fill="watershed"),
 }
 
 

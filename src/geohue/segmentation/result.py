@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from geohue._version import __version__
 from geohue.features import Cues
+from geohue.merge.levels import Levels
 from geohue.weight.search import Curve
 
 Progress = Callable[[str], None]
@@ -43,6 +44,9 @@ class Segmentation:
         Seconds for each stage and in all (``total``).
     warnings : tuple of str
         What the user should know of the input or the result.
+    levels : Levels or None
+        Nested segmentations, finer and coarser than `labels`, where regions were merged; None for
+        the paper's cut and the compared systems.
     """
 
     labels: NDArray[np.int32]
@@ -56,6 +60,7 @@ class Segmentation:
     seed: int
     timings: dict[str, float]
     warnings: tuple[str, ...] = ()
+    levels: Levels | None = None
 
     @property
     def n_points(self) -> int:

@@ -1,0 +1,91 @@
+"""Regions of a draft for all points of a scene."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.compute.parallel import Workers
+from geohue.features import lab_of
+from geohue.merge.borders import draw_borders
+from geohue.scene import Scene
+
+NEAREST = 4
+"""Points of the draft that a point of a cloud may take its region from."""
+
+COLOR_UNIT = 30.0
+"""Step of sRGB values that counts like one median distance of neighbours in the draft."""
+
+Labels = NDArray[np.int32]
+
+_BLOCK = 65_536
+
+
+def carry(
+    regions: Labels, segments: Labels, draft: NDArray[np.int64], scene: Scene, workers: Workers
+) -> Labels:
+    """Give each point of a scene a region of the draft.
+
+    On a grid borders are drawn between segments (`draw_borders`). A point of a cloud takes the
+    region of that of the four nearest points of the draft that is nearest in space and colour:
+    with the least ``(d / s)^2 + (dRGB / 30)^2``, s the median distance of neighbours in the draft.
+
+    Parameters
+    ----------
+    regions : (h, w) or (m,) int32
+        Fine regions of the draft, none missing.
+    segments : (R,) int32
+        The segment of each region.
+    draft : int64, shape of `regions`
+        Positions in the scene (`Scene.thinning`).
+    scene : Scene
+        The scene.
+    workers : Workers
+        Threads to use.
+
+    Returns
+    -------
+    (H, W) or (N,) int32
+        A region for each point with a position, or for each point where none has one; -1 elsewhere.
+    """
+    known = scene.valid
+    if not known.any():  # an image alone
+        known = np.ones(scene.shape, bool)
+    if scene.is_grid:
+        width = scene.shape[1]
+        rows, columns = draft[:, 0] // width, draft[0] % width
+        with np.errstate(invalid="ignore", divide="ignore"):
+            depth = np.log(scene.points[..., 2:] if scene.depth is None else scene.depth[..., None])
+        values = np.concatenate([lab_of(scene.colors), depth.astype(np.float32)], axis=-1)
+        full = draw_borders(regions, segments, rows, columns, values, workers)
+        return np.where(known, full, np.int32(-1))
+    full = np.full(scene.size, -1, np.int32)
+    index = np.flatnonzero(known)
+    full[index] = _carry_to_points(regions, draft, index, scene, workers)
+    return full
+
+
+def _carry_to_points(
+    regions: Labels,
+    draft: NDArray[np.int64],
+    index: NDArray[np.int64],
+    scene: Scene,
+    workers: Workers,
+) -> Labels:
+    from scipy.spatial import cKDTree
+
+    places = scene.points[draft].astype(np.float64)
+    colors = scene.colors[draft].astype(np.float32)
+    tree = cKDTree(places)
+    k = min(NEAREST, len(draft))
+    spacing = float(np.median(tree.query(places, 2)[0][:, 1])) if len(draft) > 1 else 0.0
+
+    def take(block: slice) -> Labels:
+        here = index[block]
+        away, near = tree.query(scene.points[here], k)
+        away, near = away.reshape(len(here), k), near.reshape(len(here), k)
+        step = ((colors[near] - scene.colors[here].astype(np.float32)[:, None]) ** 2).sum(axis=-1)
+        cost = (away / (spacing or 1.0)) ** 2 + step / COLOR_UNIT**2
+        return regions[near[np.arange(len(here)), cost.argmin(axis=1)]]
+
+    return np.concatenate(list(workers.map_blocks(take, len(index), _BLOCK)))
