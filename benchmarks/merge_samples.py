@@ -1,4 +1,4 @@
-"""Samples for the constants of the merging: does merging this pair of regions help?
+"""Samples for the constants of the merging: whether merging a pair of regions helps.
 
 Help is a fall of the variation of information from the reference labels. The states that samples
 come from are those on the way of random correct merges and those that the merging itself goes
@@ -31,7 +31,9 @@ class Log(NamedTuple):
     size: NDArray[np.int64]
 
 
-def collect(table: Table, truth: Floats, weights: Floats | None, seed: int) -> tuple[Floats, Floats]:
+def collect(
+    table: Table, truth: Floats, weights: Floats | None, seed: int
+) -> tuple[Floats, Floats]:
     """Merge one frame, and return the cues and the change (bits) of each pair that was looked at.
 
     Parameters
@@ -61,7 +63,16 @@ def collect(table: Table, truth: Floats, weights: Floats | None, seed: int) -> t
     scratch = np.empty(6 + len(NAMES))
     by = np.zeros(len(NAMES) + 1) if weights is None else weights
     chance = np.random.default_rng(seed).random(40 * n_borders + 1)
-    run(table, truth, by, chance if weights is None else chance[:0], linked(table), queue, log, scratch)
+    run(
+        table,
+        truth,
+        by,
+        chance if weights is None else chance[:0],
+        linked(table),
+        queue,
+        log,
+        scratch,
+    )
     n = log.size[0]
     return log.cues[:n], log.change[:n]
 
@@ -99,7 +110,9 @@ def run(
             at = half >> 1
             if queue.place[at] >= 0:
                 drawn += 1
-                place(queue, at, look(table, truth, total, weights, chance, drawn, at, log, scratch))
+                place(
+                    queue, at, look(table, truth, total, weights, chance, drawn, at, log, scratch)
+                )
             half = links.next[half]
 
 
@@ -128,7 +141,7 @@ def look(
         log.size[0] = n + 1
     if chance.size > 0:
         return chance[drawn % chance.size] - 1.0 if change < 0 else np.inf
-    return score
+    return float(score)
 
 
 @compiled
@@ -144,4 +157,4 @@ def change_of_voi(truth: Floats, i: int, j: int, total: float) -> float:
     if a == 0 or b == 0:
         return 0.0
     alone = a * np.log2(a) + b * np.log2(b) - (a + b) * np.log2(a + b)
-    return (2 * joint - alone) / total
+    return float((2 * joint - alone) / total)

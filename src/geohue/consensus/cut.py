@@ -13,7 +13,7 @@ from geohue.consensus.contrast import join_faint
 from geohue.consensus.votes import count_votes, join_by_votes
 from geohue.features import Features
 from geohue.ncut.cutter import Cutter
-from geohue.regions.graph import SMALLEST, PairGraph
+from geohue.regions.graph import PairGraph
 from geohue.scene import Scene
 from geohue.weight.likeness import distances_from
 from geohue.weight.search import BALANCES
@@ -93,7 +93,9 @@ def find_consensus(
     joined = join_by_votes(graph.one, graph.other, share, draft.size, least)
     labels = graph.known(graph.tidied(graph.known(joined.reshape(draft.shape))))
     one, other, real = graph.real_pairs()
-    labels = join_faint(labels, one, other, balanced_steps(cutter.draft, one, other), share[real], clear)
+    labels = join_faint(
+        labels, one, other, balanced_steps(cutter.draft, one, other), share[real], clear
+    )
     distance = distances_from(labels, cuts)
     mean = {weight: distance[np.equal(weights, weight)].mean() for weight in weights}
     return Consensus(labels, min(mean, key=mean.__getitem__))

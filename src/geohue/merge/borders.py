@@ -119,7 +119,18 @@ def label_rows(
                 for c in range(10):
                     scratch[k, c] = 0.0
             describe(
-                labels, examples, rows, columns, near_y[y], near_x[x], y, x, step, names, count, scratch
+                labels,
+                examples,
+                rows,
+                columns,
+                near_y[y],
+                near_x[x],
+                y,
+                x,
+                step,
+                names,
+                count,
+                scratch,
             )
             best, most = 0, -np.inf
             for k in range(count):
@@ -166,7 +177,7 @@ def nearest_region(
             away = (rows[i] - y) ** 2 + (columns[j] - x) ** 2
             if labels[i, j] == label and (least < 0 or away < least):
                 best, least = regions[i, j], away
-    return best
+    return int(best)
 
 
 @compiled

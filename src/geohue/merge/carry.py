@@ -78,14 +78,16 @@ def _carry_to_points(
     colors = scene.colors[draft].astype(np.float32)
     tree = cKDTree(places)
     k = min(NEAREST, len(draft))
-    spacing = float(np.median(tree.query(places, 2)[0][:, 1])) if len(draft) > 1 else 0.0
+    spacing = 0.0
+    if len(draft) > 1:
+        spacing = float(np.median(np.asarray(tree.query(places, 2)[0])[:, 1]))
 
     def take(block: slice) -> Labels:
         here = index[block]
-        away, near = tree.query(scene.points[here], k)
-        away, near = away.reshape(len(here), k), near.reshape(len(here), k)
+        found = tree.query(scene.points[here], k)
+        away, near = (np.asarray(part).reshape(len(here), k) for part in found)
         step = ((colors[near] - scene.colors[here].astype(np.float32)[:, None]) ** 2).sum(axis=-1)
         cost = (away / (spacing or 1.0)) ** 2 + step / COLOR_UNIT**2
-        return regions[near[np.arange(len(here)), cost.argmin(axis=1)]]
+        return np.asarray(regions[near[np.arange(len(here)), cost.argmin(axis=1)]])
 
     return np.concatenate(list(workers.map_blocks(take, len(index), _BLOCK)))

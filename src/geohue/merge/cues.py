@@ -96,7 +96,7 @@ def texture(region: Floats, i: int, j: int) -> float:
     for k in range(t.TEXTURE, t.TEXTURE + 8):
         a, b = region[i, k] / region[i, t.SIZE], region[j, k] / region[j, t.SIZE]
         total += (a - b) * (a - b) / (a + b + 1e-9)
-    return total / 2
+    return float(total / 2)
 
 
 @compiled
@@ -136,7 +136,7 @@ def whole_votes(table: Table, i: int, j: int) -> float:
     if table.votes.shape[1] == 0:
         return 0.0
     pairs = table.region[i, t.SIZE] * table.region[j, t.SIZE] * table.scene[t.CUTS]
-    return 1.0 - same / pairs
+    return float(1.0 - same / pairs)
 
 
 @compiled
@@ -151,7 +151,8 @@ def contrast(table: Table, i: int, j: int, e: int) -> float:
 @compiled
 def calmness(region: Floats, i: int, typical: float) -> float:
     """The mean step between neighbours within a region."""
-    return (region[i, t.INNER_STEP] + PRIOR * typical) / (region[i, t.INNER_PAIRS] + PRIOR)
+    pairs = region[i, t.INNER_PAIRS] + PRIOR
+    return float((region[i, t.INNER_STEP] + PRIOR * typical) / pairs)
 
 
 @compiled
@@ -182,7 +183,9 @@ def region_convexity(region: Floats, i: int, j: int) -> float:
             - region[j, t.POSITION + axis] / region[j, t.SIZE]
         )
         dist += way * way
-        turn += (region[i, t.NORMAL + axis] / length_i - region[j, t.NORMAL + axis] / length_j) * way
+        turn += (
+            region[i, t.NORMAL + axis] / length_i - region[j, t.NORMAL + axis] / length_j
+        ) * way
     return turn / (math.sqrt(dist) + 1e-9)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.consensus.cut import balanced_steps
+from geohue.consensus.votes import count_votes
 from geohue.features import Cues, Features, lab_of
 from geohue.merge.evidence import Evidence, gather
 from geohue.merge.greedy import merge_all
@@ -17,7 +18,6 @@ from geohue.merge.score import color_share, constants
 from geohue.merge.table import tabulate
 from geohue.merge.tree import MergeTree
 from geohue.regions.graph import PairGraph
-from geohue.consensus.votes import count_votes
 
 BLUR = 0.5
 """Pixels of the draft that colours are blurred by before regions are begun."""

@@ -35,7 +35,7 @@ def eigenvalue(m: NDArray[np.float64], which: int) -> float:
     a, d, f = m[0] - mean, m[3] - mean, m[5] - mean
     size = math.sqrt((a * a + d * d + f * f + 2 * off) / 6)
     if size <= 1e-150:
-        return mean
+        return float(mean)
     half = (
         a * (d * f - m[4] * m[4])
         - m[1] * (m[1] * f - m[4] * m[2])
@@ -43,11 +43,11 @@ def eigenvalue(m: NDArray[np.float64], which: int) -> float:
     ) / (2 * size * size * size)
     angle = math.acos(min(1.0, max(-1.0, half))) / 3
     if which == 2:
-        return mean + 2 * size * math.cos(angle)
+        return float(mean + 2 * size * math.cos(angle))
     least = mean + 2 * size * math.cos(angle + 2 * math.pi / 3)
     if which == 0:
-        return least
-    return 3 * mean - least - (mean + 2 * size * math.cos(angle))
+        return float(least)
+    return float(3 * mean - least - (mean + 2 * size * math.cos(angle)))
 
 
 @compiled
@@ -64,7 +64,11 @@ def eigenvector(
     x0, y0, z0 = b * e - c * d, c * b - a * e, a * d - b * b
     x1, y1, z1 = b * f - c * e, c * c - a * f, a * e - b * c
     x2, y2, z2 = d * f - e * e, e * c - b * f, b * e - d * c
-    n0, n1, n2 = x0 * x0 + y0 * y0 + z0 * z0, x1 * x1 + y1 * y1 + z1 * z1, x2 * x2 + y2 * y2 + z2 * z2
+    n0, n1, n2 = (
+        x0 * x0 + y0 * y0 + z0 * z0,
+        x1 * x1 + y1 * y1 + z1 * z1,
+        x2 * x2 + y2 * y2 + z2 * z2,
+    )
     if n1 > n0:
         x0, y0, z0, n0 = x1, y1, z1, n1
     if n2 > n0:

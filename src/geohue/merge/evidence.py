@@ -149,4 +149,4 @@ def _texture(lab: Floats, one: Positions, other: Positions) -> Positions:
     total = np.bincount(one, step, n) + np.bincount(other, step, n)
     count = np.bincount(one, minlength=n) + np.bincount(other, minlength=n)
     octave = np.log2(total / np.maximum(count, 1) + 0.5) + 1
-    return np.clip(octave, 0, 7).astype(np.int64)
+    return np.asarray(np.clip(octave, 0, 7), np.int64)

@@ -148,7 +148,7 @@ def judge(table: Table, weights: Floats, e: int, scratch: Floats, cues: Floats) 
     score = weights[cues.size]
     for k in range(cues.size):
         score += weights[k] * cues[k]
-    return score
+    return float(score)
 
 
 @compiled
@@ -263,4 +263,4 @@ def settle(queue: Queue, e: int, at: int) -> None:
 @compiled
 def before(score: Floats, one: int, other: int) -> bool:
     """Whether a border comes first: by its score, equal ones by their number."""
-    return (score[one] < score[other]) | ((score[one] == score[other]) & (one < other))
+    return bool((score[one] < score[other]) | ((score[one] == score[other]) & (one < other)))

@@ -27,8 +27,8 @@ def threshold_of(detail: Detail) -> float:
     ----------
     detail : float, "coarse", "auto" or "fine"
         0 ("auto") keeps apart what more likely than not are two things. The unit is that of the
-        score, a logarithm of odds: at 1 regions are merged only where one thing is e times as likely
-        as two, at -1 they stay apart only where two things are e times as likely as one.
+        score, a logarithm of odds: at 1 regions are merged only where one thing is e times as
+        likely as two, at -1 they stay apart only where two things are e times as likely as one.
 
     Returns
     -------

@@ -85,7 +85,7 @@ def cloud_normals(points: Floats, k: int = NEIGHBOURS) -> Floats:
     n = len(points)
     if n < 3:
         return np.zeros((n, 3))
-    _, near = cKDTree(points).query(points, min(k, n))
+    near = np.asarray(cKDTree(points).query(points, min(k, n))[1], np.int64)
     around = points[near] - points[near].mean(axis=1, keepdims=True)
     _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around))
     return _oriented(points, vectors[:, :, 0], near)

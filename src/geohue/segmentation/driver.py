@@ -40,11 +40,11 @@ def segment(
     k: Count = "auto",
     weight: Weight = "auto",
     preset: str | Preset = "best",
-    detail: Detail = "auto",
     cues: Cues = "fusion",
     method: str = "nncsc",
     seed: int = 0,
     *,
+    detail: Detail = "auto",
     components: bool = False,
     fill: bool = True,
     threads: int | None = None,
@@ -68,9 +68,6 @@ def segment(
         these to the preset. Of no effect unless `cues` is "fusion" or it is "merge".
     preset : {"best", "fast", "paper"} or Preset
         The settings: "best" and "fast" merge regions, "paper" is the paper's method.
-    detail : float, "auto", "coarse" or "fine"
-        How fine the segments are where regions are merged: 0 is "auto", higher is finer
-        (`geohue.merge.levels.threshold_of`).
     cues : {"fusion", "color", "geometry"}
         What to go by.
     method : str
@@ -80,6 +77,9 @@ def segment(
     seed : int
         The source of chance, not negative: the same scene, seed and version give the same
         labels.
+    detail : float, "auto", "coarse" or "fine"
+        How fine the segments are where regions are merged: 0 is "auto", higher is finer
+        (`geohue.merge.levels.threshold_of`).
     components : bool
         Whether each connected piece of a segment becomes a segment of its own (grids only).
     fill : bool
@@ -115,6 +115,7 @@ def segment(
         raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
     check_method(method, cues, scene.is_grid)
     notes, levels = list(scene.warnings), None
+    wanted = None if k == "auto" else k
     with workers(threads) as team:
         with clock.stage("features"):  # Sec. II: eq. 1-5
             features = extract_features(scene, cues)
@@ -126,13 +127,13 @@ def segment(
                 most, draft = settings.most_voted(cues), with_position(draft, scene, cues)
             cutter = Cutter(features, draft, settings, team, seed, most)
         if merges:  # beyond the paper: many cuts vote, and regions merge on all the evidence
-            wanted = None if k == "auto" else k
             merged = merge_scene(scene, cutter, draft, settings, team, clock, wanted, detail)
-            labels, levels, lam, curve, n = merged.labels, merged.levels, merged.weight, [], k
+            labels, levels, lam = merged.labels, merged.levels, merged.weight
+            curve: Curve = []
         else:
             splitter = make_clusterer(method, cutter, scene, features, draft, team, seed)
             choice = Choice(splitter, cutter, scene, draft, settings, team)
-            labels, lam, curve, n = _cut(choice, features, k, weight, cues, clock)
+            labels, lam, curve, wanted = _cut(choice, features, k, weight, cues, clock)
         with clock.stage("quality"):  # eq. 17
             score = QualityMetric(scene)(labels)
         with clock.stage("fill"):  # Appendix: pixels without depth, on grids
@@ -146,8 +147,8 @@ def segment(
             labels = connected_components(labels)
         labels, _ = relabel(labels)
     found = int(labels.max()) + 1
-    if n is not None and n != "auto":
-        notes += shortfalls(found, n, components)
+    if wanted is not None:
+        notes += shortfalls(found, wanted, components)
     return Segmentation(
         labels,
         found,
@@ -165,7 +166,7 @@ def segment(
 
 
 def _merges(settings: Preset, weight: Weight, method: str) -> bool:
-    """Whether regions are merged: where the preset says so and no weight is given, or on request."""
+    """Whether regions are merged: as the preset says unless a weight is given, or on request."""
     rule = settings.weight_rule if weight == "auto" else weight
     return rule == "merge" and method == "nncsc"
 

@@ -22,6 +22,7 @@ from geohue.weight.likeness import distances_from
 
 Labels = NDArray[np.int32]
 
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Merged:
     """What the merging found.
