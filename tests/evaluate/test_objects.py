@@ -19,7 +19,7 @@ from geohue.evaluate.objects import (
     object_precision_recall_f,
 )
 from geohue.evaluate.outlines import object_boundary_precision_recall_f
-from twins.objects import literal_objects, literal_outlines, literal_overlap, value
+from twins.objects import literal_objects, literal_outline, literal_outlines, literal_overlap, value
 
 Labels = NDArray[np.int64]
 TABLE = (1,)
@@ -120,9 +120,25 @@ class TestNothing:
 
 
 class TestOutlines:
-    def test_slack_by_default(self) -> None:
-        # 0.003 of 800 pixels is 2.4, so 3 match and 4 do not.
-        gt = np.ones((480, 640), int)
+    def test_slack_is_a_disc_of_another_library(self) -> None:
+        from skimage.morphology import dilation, disk
+
+        rows, columns = np.indices((60, 80))
+        masks = [(rows - 30) ** 2 + (columns - c) ** 2 < 300 for c in (38, 43)]
+        pred, gt = (np.where(mask, 2, 1) for mask in masks)
+        mine, theirs = (literal_outline(mask) for mask in masks)
+        expected = (
+            (mine & dilation(theirs, disk(3))).sum() / mine.sum(),
+            (theirs & dilation(mine, disk(3))).sum() / theirs.sum(),
+        )
+        found = object_boundary_precision_recall_f(pred, gt, TABLE, slack=3)
+        assert 0 < expected[0] < 1
+        assert found[:2] == pytest.approx(expected)
+
+    @pytest.mark.parametrize("shape", [(480, 640), (600, 800)])
+    def test_slack_by_default(self, shape: tuple[int, int]) -> None:
+        # 0.003 of 800 pixels is 2.4, of 1000 it is 3: so 3 match and 4 do not.
+        gt = np.ones(shape, int)
         gt[100:300, 100:300] = 2
         moved = {d: np.roll(gt, d, axis=1) for d in (3, 4)}
         exact = object_boundary_precision_recall_f(moved[3], gt, TABLE)

@@ -216,6 +216,10 @@ class TestTogether:
         gt = np.repeat([1, 2], 5)
         scores = superpoint_scores(np.repeat([1, 2, 3], [2, 3, 5]), gt, pairs=pairs)
         assert (scores["boundary_recall"], scores["boundary_precision"]) == (1, 0.5)
+        early = superpoint_scores(np.repeat([1, 2], [4, 6]), gt, pairs=pairs)
+        assert (early["boundary_recall"], early["boundary_precision"]) == (1, 1)  # share point 4
+        exact = superpoint_scores(np.repeat([1, 2], [4, 6]), gt, pairs=pairs, slack=0)
+        assert exact["boundary_recall"] == 0
         bare = superpoint_scores(np.repeat([1, 2, 3], [2, 3, 5]), gt)
         assert set(scores) - set(bare) == {"boundary_recall", "boundary_precision", "compactness"}
 

@@ -17,8 +17,8 @@ regions does not: its floor is one segment among others. Two ways, `background_f
 
 - "truth": a segment with more pixels on the background than on any one object is background.
   So the background is given, and it is measured how well objects are told from it and from each
-  other. Things that are swallowed by the background count as missed; so does a part of the
-  background that is cut out alone count for nothing.
+  other. An object that the background swallows is missed; a piece of the background that is a
+  segment by itself costs nothing.
 - "prediction": every segment is an object; only pixels without a label (-1) are background. This
   is the papers' protocol, for predictions that leave the background out. A segmentation of all
   pixels scores a low P here.
