@@ -49,7 +49,7 @@ from geohue.evaluate.contingency import (
 BackgroundFrom: TypeAlias = Literal["truth", "prediction"]
 
 DETECTED = 0.75
-"""F from which on an object counts as found."""
+"""F from which on an object counts as found; public code of the protocol asks for more than it."""
 
 _TIE = 1e-9
 """Of assignments with equal sums of F, the one with the larger overlap is taken: its share of the
