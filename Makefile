@@ -17,6 +17,7 @@ test: $(VENV)/.installed-dev  ## Run all tests
 lint: $(VENV)/.installed-dev
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/lint-imports
 
 types: $(VENV)/.installed-dev
 	$(VENV)/bin/mypy

@@ -18,13 +18,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from geohue.driver import segment
-from geohue.evaluate import evaluate
-from geohue.evaluate.crop import PROTOCOLS, Crop
-from geohue.evaluate.frames import Frame, find_frames, load_frame
 from geohue.jobs.pool import run_jobs
-from geohue.presets import PRESETS
+from geohue.measures import evaluate
+from geohue.measures.crop import PROTOCOLS, Crop
+from geohue.segmentation.driver import segment
+from geohue.segmentation.presets import PRESETS
 from geohue.simulate import WORLDS, scene
+from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
 
 PAPER = PRESETS["paper"]
 SEEDS = 10

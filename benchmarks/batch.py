@@ -20,9 +20,9 @@ from statistics import median
 from time import perf_counter, process_time
 from typing import Any
 
-from geohue.batch import Settings, find_items
-from geohue.io.results import write_results
 from geohue.jobs.pool import one_thread, run_jobs
+from geohue.results.outputs import write_results
+from geohue.studies.batch import Settings, find_items
 
 DATA = Path(os.environ.get("GEOHUE_DATA", Path(__file__).parents[2] / "shared" / "data"))
 PRESETS = ("paper", "fast")

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
+from geohue.compute.parallel import Workers
 from geohue.consensus.cut import find_consensus
-from geohue.evaluate import evaluate
-from geohue.evaluate.crop import PROTOCOLS, Crop
-from geohue.evaluate.frames import Frame, find_frames, load_frame
 from geohue.features import extract_features
 from geohue.jobs.pool import run_jobs
+from geohue.measures import evaluate
+from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.ncut.cutter import Cutter
-from geohue.parallel import Workers
-from geohue.presets import PRESETS
+from geohue.segmentation.presets import PRESETS
+from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
 from geohue.weight.search import COARSE, FINER_BALANCES
 
 PAPER = PRESETS["paper"]

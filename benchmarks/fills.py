@@ -16,10 +16,10 @@ from time import perf_counter
 import numpy as np
 
 import geohue
-from geohue.evaluate.frames import find_frames, load_frame
 from geohue.features import lab_of
 from geohue.fill import fill_labels
 from geohue.fill.flood import flood_labels
+from geohue.studies.benchmark.frames import find_frames, load_frame
 
 
 def main() -> None:

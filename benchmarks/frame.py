@@ -18,7 +18,7 @@ from statistics import median
 
 import geohue
 from geohue.datasets import load_sample
-from geohue.io.scenes import read_scene
+from geohue.read.scenes.scenes import read_scene
 
 STAGES = ("features", "k", "weight", "cut", "refine", "quality", "fill", "total")
 

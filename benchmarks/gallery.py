@@ -23,15 +23,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import geohue
-from geohue.clusterers import METHODS
-from geohue.compare import Comparison, Result, compare, draw_plate
 from geohue.datasets import load_sample
-from geohue.evaluate.frames import Frame, find_frames, load_frame
-from geohue.io import read_color
-from geohue.io.atomic import atomic_write
-from geohue.io.disparity import read_disparity
-from geohue.io.plate import write_comparison
+from geohue.read import read_color
+from geohue.read.images.disparity import read_disparity
+from geohue.results.atomic import atomic_write
 from geohue.scene import Scene
+from geohue.segmentation.clusterers import METHODS
+from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
+from geohue.studies.compare import Comparison, Result, compare, draw_plate
+from geohue.studies.compare.files import write_comparison
 
 Truth = NDArray[np.int32] | None
 

@@ -27,16 +27,16 @@ from statistics import median
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.io.chunks import open_chunks
-from geohue.io.extras import optional
 from geohue.large.sample import SAMPLE
+from geohue.read.clouds.chunks import open_chunks
+from geohue.read.extras import optional
 
 _PAGE = os.sysconf("SC_PAGE_SIZE")
 _JITTER = 0.02  # metres, against a spacing of about 1 m
 _PIECE = 1_000_000
 _WHOLE = """
 import sys, numpy as np, geohue
-from geohue.io.scenes import read_scene
+from geohue.read.scenes.scenes import read_scene
 np.save(sys.argv[2], geohue.segment(read_scene(sys.argv[1]), k=6).labels)
 """
 

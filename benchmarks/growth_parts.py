@@ -15,14 +15,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from geohue.io.chunks import open_chunks
+from geohue.compute.parallel import Workers
 from geohue.jobs.pool import one_thread
 from geohue.large.moments import Moments
 from geohue.large.passes import BLOCK
 from geohue.large.vectors import Standard, raw_values
 from geohue.ncut.cutter import Cutter
-from geohue.parallel import Workers
-from geohue.presets import PRESETS
+from geohue.read.clouds.chunks import open_chunks
+from geohue.segmentation.presets import PRESETS
 
 Result = TypeVar("Result")
 

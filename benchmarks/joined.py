@@ -16,12 +16,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.evaluate.contingency import contingency_table
-from geohue.evaluate.crop import PROTOCOLS
-from geohue.evaluate.frames import find_frames, load_frame
-from geohue.evaluate.partition import covering_of, information_of, rand_of
-from geohue.io.images import read_labels
-from geohue.regions import connected_components, merge_small_regions
+from geohue.measures.contingency import contingency_table
+from geohue.measures.crop import PROTOCOLS
+from geohue.measures.partition import covering_of, information_of, rand_of
+from geohue.read.images.pictures import read_labels
+from geohue.regions.images import connected_components, merge_small_regions
+from geohue.studies.benchmark.frames import find_frames, load_frame
 
 MEASURES = ("VoI (bits)", "Rand", "covering", "K")
 

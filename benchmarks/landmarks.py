@@ -13,14 +13,14 @@ import numpy as np
 import scipy.linalg
 from sklearn.metrics import adjusted_rand_score
 
+from geohue.compute.lloyd import nearest_center
+from geohue.compute.parallel import Workers
 from geohue.datasets import load_sample
 from geohue.features import extract_features
 from geohue.ncut.affinity import SCALE, affinity
 from geohue.ncut.labels import find_centers
 from geohue.ncut.landmarks import CHOICES, choose_landmarks
-from geohue.ncut.lloyd import nearest_center
 from geohue.ncut.nystrom import nystrom_cut
-from geohue.parallel import Workers
 
 K, SEEDS = 5, 5
 

@@ -24,12 +24,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.blas import sgemm, ssyrk
 
-from geohue.compiled import vectorized
-from geohue.evaluate.machine import describe_machine
+from geohue.compute.compiled import vectorized
+from geohue.compute.parallel import BLOCK, Workers, cores, workers
 from geohue.ncut.kernel import Kernel
 from geohue.ncut.loops import SMALLEST, exp2
-from geohue.parallel import BLOCK, Workers, cores, workers
-from geohue.presets import PRESETS
+from geohue.segmentation.presets import PRESETS
+from geohue.studies.machine import describe_machine
 
 K, DIMENSIONS = 5, 6
 FLOATS = 16_384

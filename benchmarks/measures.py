@@ -15,11 +15,11 @@ from time import perf_counter
 
 import numpy as np
 
-from geohue.adjacency import adjacent_pixels
-from geohue.evaluate.boundary import boundary_precision_recall_f
-from geohue.evaluate.contingency import contingency_table
-from geohue.evaluate.pairs import pair_boundary_precision_recall_f, pair_compactness
-from geohue.evaluate.superpoints import compactness, explained_variation, superpoint_scores
+from geohue.measures.boundary import boundary_precision_recall_f
+from geohue.measures.contingency import contingency_table
+from geohue.measures.pairs import pair_boundary_precision_recall_f, pair_compactness
+from geohue.measures.superpoints import compactness, explained_variation, superpoint_scores
+from geohue.regions.adjacency import adjacent_pixels
 
 
 def seconds(work: Callable[[], object], repeats: int) -> float:

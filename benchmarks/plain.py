@@ -22,15 +22,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import geohue
-from geohue.arrays import Floats
-from geohue.evaluate.contingency import contingency_table
-from geohue.evaluate.crop import PROTOCOLS, Crop
-from geohue.evaluate.frames import Frame, find_frames, load_frame
-from geohue.evaluate.partition import information_of
+from geohue.compute.arrays import Floats
 from geohue.jobs.pool import run_jobs
+from geohue.measures.contingency import contingency_table
+from geohue.measures.crop import PROTOCOLS, Crop
+from geohue.measures.partition import information_of
 from geohue.ncut import nystrom
 from geohue.ncut.affinity import affinity
-from geohue.segmentation import Segmentation
+from geohue.segmentation.result import Segmentation
+from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
 
 
 @dataclass(frozen=True, eq=False)

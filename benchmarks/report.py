@@ -13,10 +13,10 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from geohue.evaluate.benchmark import FIELDS, KEYS, TABLE
-from geohue.evaluate.summary import by_trial, summarise, table
 from geohue.jobs.ledger import Ledger, Row
 from geohue.jobs.run import SETTINGS
+from geohue.studies.benchmark.run import FIELDS, KEYS, TABLE
+from geohue.studies.benchmark.summary import by_trial, summarise, table
 
 
 def comparable(rows: list[Row], least: int, methods: str | None) -> list[Row]:

@@ -19,14 +19,14 @@ from benchmarks.criteria import Data, criteria
 from benchmarks.sweep import KS, WEIGHTS, Sweep, load
 from numpy.typing import NDArray
 
-from geohue.evaluate.contingency import contingency_table
-from geohue.evaluate.crop import PROTOCOLS, Crop
-from geohue.evaluate.frames import Frame, find_frames, load_frame
-from geohue.evaluate.partition import information_of, rand_of
-from geohue.io.atomic import atomic_write
 from geohue.jobs.pool import run_jobs
-from geohue.regions import connected_components
+from geohue.measures.contingency import contingency_table
+from geohue.measures.crop import PROTOCOLS, Crop
+from geohue.measures.partition import information_of, rand_of
+from geohue.regions.images import connected_components
+from geohue.results.atomic import atomic_write
 from geohue.scene import Scene
+from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
 from geohue.weight.likeness import likeness
 
 UNITS = ("clusters", "components")

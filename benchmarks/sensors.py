@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.driver import segment
-from geohue.evaluate import evaluate
-from geohue.io.atomic import atomic_write
-from geohue.picture import overlay
+from geohue.measures import evaluate
+from geohue.results.atomic import atomic_write
+from geohue.results.picture import overlay
+from geohue.segmentation.driver import segment
 from geohue.simulate import CAMERA, SENSORS, WORLDS, render, scene
 
 Floats = NDArray[np.float64]

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from geohue.io.atomic import atomic_write
-from geohue.io.images import write_png
+from geohue.results.atomic import atomic_write
+from geohue.results.png import write_png
 from geohue.simulate import SENSORS, WORLDS, scene
 
 

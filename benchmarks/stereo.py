@@ -24,12 +24,12 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 import geohue
-from geohue.evaluate import evaluate
 from geohue.features import lab_of
 from geohue.fill import fill_labels
-from geohue.io import read_color
-from geohue.io.disparity import read_disparity
-from geohue.io.stereo_calibration import read_stereo_calibration
+from geohue.measures import evaluate
+from geohue.read import read_color
+from geohue.read.cameras.stereo_calibration import read_stereo_calibration
+from geohue.read.images.disparity import read_disparity
 from geohue.stereo import StereoPair, StereoRig, view_agreement
 
 Labels = NDArray[np.int32]
@@ -137,7 +137,8 @@ def disparity_regions(truth: Disparity) -> Labels:
 def stages(pair: StereoPair, k: int, seed: int) -> list[Labels]:
     """Return the labels of Fig. 11c, d and e, and between them c with fill: c, c+, d, e."""
     one, two = (
-        geohue.segment(pair.scene(views), k=k, seed=seed, fill=False).labels for views in (1, 2)
+        geohue.segment(geohue.Scene.from_pair(pair, views), k=k, seed=seed, fill=False).labels
+        for views in (1, 2)
     )
     return [one, filled(pair, one), two, filled(pair, two)]
 
@@ -169,7 +170,9 @@ def segmentation_rows(
 
 
 def _both_views(pair: StereoPair, labels: Labels, k: int, seed: int) -> float:
-    mirrored = geohue.segment(pair.swapped().scene(), k=k, seed=seed, fill=False).labels
+    mirrored = geohue.segment(
+        geohue.Scene.from_pair(pair.swapped()), k=k, seed=seed, fill=False
+    ).labels
     return view_agreement(labels, mirrored[:, ::-1], pair.disparity).share or 0.0
 
 

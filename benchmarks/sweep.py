@@ -17,20 +17,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.evaluate.crop import PROTOCOLS, Crop
-from geohue.evaluate.frames import Frame, find_frames, load_frame
+from geohue.compute.lloyd import nearest_center
+from geohue.compute.parallel import Workers
 from geohue.features import extract_features
-from geohue.io.atomic import atomic_write
 from geohue.jobs.pool import run_jobs
+from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.ncut.cutter import Cutter
 from geohue.ncut.labels import find_centers
-from geohue.ncut.lloyd import nearest_center
 from geohue.ncut.nystrom import NystromCut, nystrom_cut
 from geohue.ncut.selectors import SELECTORS, choose_k
-from geohue.parallel import Workers
-from geohue.presets import PRESETS
-from geohue.regions import merge_small_regions
+from geohue.regions.images import merge_small_regions
+from geohue.results.atomic import atomic_write
 from geohue.scene import Scene
+from geohue.segmentation.presets import PRESETS
+from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
 
 SEED = 0
 WEIGHTS = (0.0, *(2.0 ** (e / 2) for e in range(-8, 9)), math.inf)

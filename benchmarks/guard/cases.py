@@ -34,8 +34,8 @@ def kernel(folder: Path) -> Run:
     """Affinities, degrees and eigenvectors: the fit of the cut on all points."""
     from geohue.features import extract_features
     from geohue.ncut.nystrom import nystrom_cut
-    from geohue.parallel import workers
 
+    workers = _at("workers", "geohue.compute.parallel", "geohue.parallel")
     x = extract_features(_scene(folder)).mixed(1.0)
     landmarks = x[np.random.default_rng(0).choice(len(x), 100, replace=False)]
 
@@ -48,13 +48,14 @@ def kernel(folder: Path) -> Run:
 
 def cut(folder: Path) -> Run:
     """From features to labels, K and the weight given."""
+    import geohue
     from geohue.features import extract_features
     from geohue.ncut.cutter import Cutter
-    from geohue.parallel import workers
-    from geohue.presets import Preset
+
+    workers = _at("workers", "geohue.compute.parallel", "geohue.parallel")
 
     scene = _scene(folder)
-    features, settings = extract_features(scene), Preset()
+    features, settings = extract_features(scene), geohue.Preset()
     draft = scene.thinning(settings.draft_points, np.random.default_rng(0))
 
     def run() -> None:
@@ -90,11 +91,21 @@ def _stage(preset: str, stage: str) -> Callable[[Path], Run]:
     return prepare
 
 
-def _reader(module: str, function: str, name: str) -> Callable[[Path], Run]:
-    def prepare(folder: Path) -> Run:
-        from importlib import import_module
+def _at(name: str, *homes: str) -> Any:
+    """Return a function from the first module that this revision has."""
+    from importlib import import_module
 
-        read = getattr(import_module(module), function)
+    for home in homes:
+        try:
+            return getattr(import_module(home), name)
+        except ModuleNotFoundError:
+            continue
+    raise ImportError(f"{name}: in none of {', '.join(homes)}")
+
+
+def _reader(homes: tuple[str, ...], function: str, name: str) -> Callable[[Path], Run]:
+    def prepare(folder: Path) -> Run:
+        read = _at(function, *homes)
         return lambda: read(folder / name)
 
     return prepare
@@ -107,9 +118,11 @@ CASES: dict[str, Callable[[Path], Run]] = {
     "weight search": _stage("paper", "weight"),
     "frame, paper": _stage("paper", "total"),
     "frame, fast": _stage("fast", "total"),
-    "read PLY": _reader("geohue.io.ply", "read_ply", "cloud.ply"),
-    "read LAS": _reader("geohue.io.las", "read_las", "cloud.las"),
-    "read depth PNG": _reader("geohue.io.images", "read_depth", "depth.png"),
+    "read PLY": _reader(("geohue.read.clouds.ply", "geohue.io.ply"), "read_ply", "cloud.ply"),
+    "read LAS": _reader(("geohue.read.clouds.las", "geohue.io.las"), "read_las", "cloud.las"),
+    "read depth PNG": _reader(
+        ("geohue.read.images.pictures", "geohue.io.images"), "read_depth", "depth.png"
+    ),
 }
 
 

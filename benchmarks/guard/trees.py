@@ -36,7 +36,7 @@ def write_inputs(folder: Path) -> None:
     import cv2
 
     from geohue.datasets import load_sample
-    from geohue.io import write_ply
+    from geohue.results import write_ply
 
     scene = load_sample("motorcycle")
     assert scene.depth is not None
@@ -50,7 +50,7 @@ def write_inputs(folder: Path) -> None:
     labels = np.zeros(len(points), np.int32)
     write_ply(folder / "cloud.ply", points, colors, labels)
     try:
-        from geohue.io.las import write_las
+        from geohue.results.las import write_las
 
         write_las(folder / "cloud.las", points, colors, labels)
     except Exception as error:  # without laspy, readers of LAS are not measured

@@ -38,15 +38,15 @@ from benchmarks.peers.environment import Answer, Peers, open_peers
 from numpy.typing import NDArray
 
 import geohue
+from geohue.compute.parallel import cores, workers
 from geohue.datasets import load_sample
-from geohue.evaluate import evaluate
-from geohue.evaluate.crop import PROTOCOLS, Crop
-from geohue.evaluate.frames import find_frames, load_frame
-from geohue.evaluate.machine import describe_machine
 from geohue.features import Features, extract_features
+from geohue.measures import evaluate
+from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.ncut.cutter import Cutter
-from geohue.parallel import cores, workers
-from geohue.presets import Preset
+from geohue.segmentation.presets import Preset
+from geohue.studies.benchmark.frames import find_frames, load_frame
+from geohue.studies.machine import describe_machine
 
 K, WEIGHT, SEED = 5, 1.0, 0
 SETTINGS = Preset()

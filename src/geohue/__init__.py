@@ -15,23 +15,23 @@ from geohue._version import __version__
 
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
-    from geohue.driver import segment
     from geohue.errors import GeohueError, GeohueWarning
     from geohue.large import segment_file
-    from geohue.presets import PRESETS, Preset
     from geohue.scene import Scene
-    from geohue.segmentation import Segmentation
+    from geohue.segmentation.driver import segment
+    from geohue.segmentation.presets import PRESETS, Preset
+    from geohue.segmentation.result import Segmentation
 
 # Loaded on first use: `import geohue` stays as quick as `import numpy`.
 _HOMES = {
     "GeohueError": "geohue.errors",
     "GeohueWarning": "geohue.errors",
     "Intrinsics": "geohue.camera",
-    "PRESETS": "geohue.presets",
-    "Preset": "geohue.presets",
+    "PRESETS": "geohue.segmentation.presets",
+    "Preset": "geohue.segmentation.presets",
     "Scene": "geohue.scene",
-    "Segmentation": "geohue.segmentation",
-    "segment": "geohue.driver",
+    "Segmentation": "geohue.segmentation.result",
+    "segment": "geohue.segmentation.driver",
     "segment_file": "geohue.large",
 }
 

@@ -18,7 +18,7 @@ from geohue.baselines.regions import (
     mode_distance,
     prune,
 )
-from geohue.parallel import workers
+from geohue.compute.parallel import workers
 
 
 def modes_of(rows: list[list[float]]) -> np.ndarray:

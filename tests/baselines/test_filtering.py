@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from geohue.baselines.filtering import MOST_STEPS, STILL, shift_filter
-from geohue.parallel import workers
+from geohue.compute.parallel import workers
 
 Floats = NDArray[np.float32]
 

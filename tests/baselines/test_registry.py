@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from geohue import GeohueError, Scene
 from geohue.baselines import BASELINES
-from geohue.evaluate.partition import rand_index
+from geohue.compute.parallel import workers
 from geohue.features import CUES, Cues, extract_features
-from geohue.parallel import workers
+from geohue.measures.partition import rand_index
 
 CELLS = [(name, cue) for name, baseline in BASELINES.items() for cue in baseline.cues]
 

@@ -10,8 +10,8 @@ from geohue import Scene
 from geohue.baselines.kmeans import best_centers
 from geohue.baselines.meanshift import find_modes
 from geohue.baselines.sampling import mixed_vectors, thinned
+from geohue.compute.lloyd import nearest_center
 from geohue.features import extract_features
-from geohue.ncut.lloyd import nearest_center
 
 
 def blobs(n: int = 60) -> np.ndarray:

@@ -6,8 +6,8 @@ import sys
 import time
 from typing import Any
 
-from geohue.batch import run as module
 from geohue.cli.app import main
+from geohue.studies.batch import run as module
 
 if __name__ == "__main__":
     run = module.run_task

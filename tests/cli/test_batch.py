@@ -16,15 +16,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geohue.batch import find_items
-from geohue.batch import items as module
 from geohue.camera import Intrinsics
 from geohue.cli.app import run
 from geohue.datasets.frames import Dataset, Frame
 from geohue.errors import GeohueError
-from geohue.io import write_ply
-from geohue.io.images import read_labels, write_png
-from geohue.io.pcd_write import write_pcd
+from geohue.read.images.pictures import read_labels
+from geohue.results import write_ply
+from geohue.results.pcd import write_pcd
+from geohue.results.png import write_png
+from geohue.studies.batch import find_items
+from geohue.studies.batch import items as module
 from jobs.frames import HEIGHT, WIDTH, write_frames
 
 HERE = Path(__file__).parent

@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from geohue import Scene, first_run
+from geohue import Scene
 from geohue.cli.app import run
-from geohue.io import read_ply, write_ply
+from geohue.read import read_ply
+from geohue.results import write_ply
+from geohue.segmentation import warm
 
 CONTRACT_KEYS = {
     "k",
@@ -295,7 +297,7 @@ def test_what_the_machine_lacks_is_one_line(
     def fail() -> None:
         raise problem
 
-    monkeypatch.setattr(first_run, "compile_all", fail)
+    monkeypatch.setattr(warm, "compile_all", fail)
     assert run(["warm"]) == 2
     told = capsys.readouterr().err
     assert told.startswith(f"geohue: error: {says}")

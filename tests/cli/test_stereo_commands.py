@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from geohue.cli.app import run
-from geohue.io.rig import read_rig
-from geohue.io.stereo_calibration import read_stereo_calibration
+from geohue.read.cameras.rig import read_rig
+from geohue.read.cameras.stereo_calibration import read_stereo_calibration
 
 SHIFT = 8
 

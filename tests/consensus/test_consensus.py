@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sklearn.metrics import adjusted_rand_score
 
 from geohue import PRESETS, GeohueError, Scene, segment
-from geohue.regions import connected_components
+from geohue.regions.images import connected_components
 
 LIGHT = replace(PRESETS["fast"], landmarks=60, draft_points=2000)
 
@@ -216,8 +216,8 @@ def test_frees_the_objects_on_a_table(data_dir: Path) -> None:
     """Where Q cuts the table in pieces, and K from eigenvalues leaves the objects on it."""
     import cv2
 
-    from geohue.evaluate import evaluate
-    from geohue.io.scenes import read_scene
+    from geohue.measures import evaluate
+    from geohue.read.scenes.scenes import read_scene
 
     folder = data_dir / "mosd" / "frames" / "learn3"
     scene = read_scene(folder / "rgb.png", folder / "depth.png", folder / "intrinsics.json")

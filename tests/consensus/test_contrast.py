@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from geohue.adjacency import adjacent_pixels
 from geohue.consensus import join_faint
 from geohue.consensus.contrast import PRIOR
+from geohue.regions.adjacency import adjacent_pixels
 
 
 def slow(

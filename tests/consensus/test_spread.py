@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geohue import Scene
+from geohue.compute.parallel import Workers, workers
 from geohue.consensus import spread
 from geohue.features import extract_features
-from geohue.parallel import Workers, workers
 from twins import votes as twin
 
 ALONE = Workers(None)

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from geohue.adjacency import adjacent_pixels
 from geohue.consensus import count_votes, join_by_votes
+from geohue.regions.adjacency import adjacent_pixels
 from twins import votes as twin
 
 law = settings(deadline=None, max_examples=80)

@@ -17,8 +17,8 @@ from geohue.cli.app import run
 from geohue.datasets import LAYOUTS, Dataset, open_dataset
 from geohue.datasets.frames import inside
 from geohue.datasets.nyu_raw import nyu_rig
-from geohue.io import write_png
-from geohue.io.rig_write import write_rig
+from geohue.results import write_png
+from geohue.results.rig import write_rig
 from geohue.sensors import edge_agreement
 from sensors.rigs import beside
 
@@ -365,7 +365,7 @@ def test_real_data_sets(data_dir: Path, name: str) -> None:
 
 
 def test_real_nyu_raw_is_registered(data_dir: Path) -> None:
-    from geohue.io import read_color, read_depth
+    from geohue.read import read_color, read_depth
     from geohue.sensors import register_depth
 
     folder = data_dir / "open3d_testdata" / "examples" / "TestData" / "RGBD" / "other_formats"

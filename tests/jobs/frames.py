@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geohue.io.images import write_png
+from geohue.results.png import write_png
 
 HEIGHT, WIDTH = 36, 48
 TAKES_S = 0.3  # a job that takes a moment

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 from geohue._version import __version__
-from geohue.batch import Settings, batch, find_items
 from geohue.cli.app import run as command
 from geohue.errors import GeohueError, GeohueWarning
-from geohue.io.images import write_png
 from geohue.jobs import cluster as module
 from geohue.jobs import crew
 from geohue.jobs.pool import run_jobs
+from geohue.results.png import write_png
+from geohue.studies.batch import Settings, batch, find_items
 from jobs.frames import (
     HEIGHT,
     TAKES_S,

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 import geohue
 from geohue import GeohueError, Scene
 from geohue.cli.app import run as command
-from geohue.evaluate import adjusted_rand_index
 from geohue.features import CUES, Cues
-from geohue.io.ply import read_ply
 from geohue.large import passes, segment_file, stages
 from geohue.large.fit import fit
 from geohue.large.passes import LabelJob, label
 from geohue.large.state import State
+from geohue.measures import adjusted_rand_index
+from geohue.read.clouds.ply import read_ply
 from large.clouds import table, three_blobs
 from large.run_slowly import STRETCH
 

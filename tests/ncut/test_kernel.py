@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
+from geohue.compute.lloyd import lloyd, spread_seeds
 from geohue.ncut import loops
 from geohue.ncut.affinity import FAINTEST, affinity
 from geohue.ncut.kernel import Kernel
-from geohue.ncut.lloyd import lloyd, spread_seeds
 from twins import kernel as twins
 
 

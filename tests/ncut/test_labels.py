@@ -6,9 +6,9 @@ from sklearn.cluster import KMeans
 from sklearn.metrics import adjusted_rand_score
 
 from geohue import GeohueError
+from geohue.compute.lloyd import lloyd, nearest_center, spread_seeds
 from geohue.ncut.labels import LABELLINGS, Labelling, find_centers
 from geohue.ncut.landmarks import CHOICES, Choice, choose_landmarks
-from geohue.ncut.lloyd import lloyd, nearest_center, spread_seeds
 
 
 def turned_axes(k: int, noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

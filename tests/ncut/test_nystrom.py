@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.linalg import subspace_angles
 
+from geohue.compute.parallel import Workers, workers
 from geohue.ncut.affinity import FAINTEST, affinity
 from geohue.ncut.nystrom import nystrom_cut
-from geohue.parallel import Workers, workers
 from twins import cut as twins
 
 ALONE = Workers(None)

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geohue import GeohueError
+from geohue.compute.parallel import Workers
 from geohue.ncut.nystrom import NystromCut, nystrom_cut
 from geohue.ncut.selectors import (
     SELECTORS,
@@ -16,7 +17,6 @@ from geohue.ncut.selectors import (
     rotation_cost,
     self_tuning,
 )
-from geohue.parallel import Workers
 
 
 def cut_of(x: np.ndarray, m: int = 11) -> NystromCut:

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from geohue import GeohueError, Intrinsics
-from geohue.io import read_color
-from geohue.io.rig import read_rig
-from geohue.io.rig_write import write_rig
+from geohue.read import read_color
+from geohue.read.cameras.rig import read_rig
+from geohue.results.rig import write_rig
 from geohue.sensors import Lens, PosedCamera
 from geohue.sensors.calibration import calibrate_rig
 from geohue.stereo.calibrate import find_corners

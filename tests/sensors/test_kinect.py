@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from geohue import GeohueError
-from geohue.io import read_depth
-from geohue.io.registered import read_range
-from geohue.io.rig import read_rig
+from geohue.read import read_depth
+from geohue.read.cameras.rig import read_rig
+from geohue.read.images.raw_depth import read_range
 from geohue.sensors import DisparityModel
 
 

@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from geohue import GeohueError
-from geohue.io import read_color, read_depth
-from geohue.io.rig import read_rig
+from geohue.read import read_color, read_depth
+from geohue.read.cameras.rig import read_rig
 from geohue.sensors import (
     Lens,
     PosedCamera,

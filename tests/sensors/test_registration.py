@@ -11,17 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from geohue import GeohueError, Intrinsics, Scene, segment
-from geohue.io import read_color, read_depth
-from geohue.io.rig import read_rig
-from geohue.sensors import (
-    Lens,
-    PosedCamera,
-    Rig,
-    edge_agreement,
-    register_depth,
-    registered_scene,
-    undistorted,
-)
+from geohue.read import read_color, read_depth
+from geohue.read.cameras.rig import read_rig
+from geohue.scene.registered import registered_scene
+from geohue.sensors import Lens, PosedCamera, Rig, edge_agreement, register_depth, undistorted
 from sensors.rigs import BENT, CAMERA, beside, rotation
 
 

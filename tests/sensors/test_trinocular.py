@@ -9,11 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from geohue import GeohueError, Intrinsics, Scene, segment
-from geohue.io import read_color
-from geohue.io.ranges import read_range_scene
-from geohue.io.registered import read_range
-from geohue.io.rig import read_rig
-from geohue.sensors import Lens, PosedCamera, Rig, color_range_points, label_unseen
+from geohue.fill.unseen import label_unseen
+from geohue.read import read_color
+from geohue.read.cameras.rig import read_rig
+from geohue.read.images.raw_depth import read_range
+from geohue.read.scenes.ranges import read_range_scene
+from geohue.sensors import Lens, PosedCamera, Rig, color_range_points
 from sensors.rigs import CAMERA, rotation
 
 RED, BLUE, GREEN = (200, 40, 40), (40, 40, 200), (30, 180, 60)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from geohue.camera import Intrinsics
-from geohue.driver import segment
 from geohue.errors import GeohueError
-from geohue.evaluate import evaluate
+from geohue.measures import evaluate
+from geohue.segmentation.driver import segment
 from geohue.simulate import CAMERA, SENSORS, WORLDS, World, measured, render, scene
 from geohue.simulate.materials import Material, grain
 from geohue.simulate.sensors import Stereo, StructuredLight, TimeOfFlight

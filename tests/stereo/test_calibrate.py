@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
-from geohue.io import read_color
-from geohue.io.stereo_calibration import read_stereo_calibration, write_stereo_calibration
+from geohue.read import read_color
+from geohue.read.cameras.stereo_calibration import read_stereo_calibration
+from geohue.results.stereo_calibration import write_stereo_calibration
 from geohue.stereo import StereoCalibration, StereoRig, calibrate_stereo, epipolar_preview
 from geohue.stereo.calibrate import find_corners
 from geohue.stereo.evidence import match_features

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from geohue import Scene, segment
 from geohue.errors import GeohueError
-from geohue.io import read_color
-from geohue.io.disparity import read_disparity
-from geohue.io.stereo_calibration import read_stereo_calibration
+from geohue.read import read_color
+from geohue.read.cameras.stereo_calibration import read_stereo_calibration
+from geohue.read.images.disparity import read_disparity
 from geohue.stereo import StereoPair, match, view_agreement, warp_right
 from geohue.stereo.evidence import doubt_disparity, looks_unrectified, match_features
 
@@ -167,7 +167,7 @@ def test_checkerboard_pair_is_noticed_as_raw(data_dir: Path) -> None:
 
 @pytest.mark.parametrize("name", ["Aloe", "Baby2"])
 def test_segments_from_matched_and_true_disparity_agree(data_dir: Path, name: str) -> None:
-    from geohue.evaluate import evaluate
+    from geohue.measures import evaluate
 
     left, right, truth = third(data_dir, name)
     labels = [
@@ -181,8 +181,8 @@ def test_segments_from_matched_and_true_disparity_agree(data_dir: Path, name: st
 def test_both_views_of_a_real_pair_agree(data_dir: Path) -> None:
     left, right, _ = third(data_dir, "Baby2")
     pair = StereoPair.prepare(left, right)
-    first = segment(pair.scene(), k=3, weight=4.0).labels
-    second = segment(pair.swapped().scene(), k=3, weight=4.0).labels[:, ::-1]
+    first = segment(Scene.from_pair(pair), k=3, weight=4.0).labels
+    second = segment(Scene.from_pair(pair.swapped()), k=3, weight=4.0).labels[:, ::-1]
     share = view_agreement(first, second, pair.disparity).share
     assert share is not None
     assert share > 0.85

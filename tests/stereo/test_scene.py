@@ -116,8 +116,8 @@ def test_swapped_pair_is_the_right_view_in_a_mirror(box_pair: Pair) -> None:
 
 def test_both_views_agree(box_pair: Pair) -> None:
     pair = StereoPair.prepare(*box_pair[:2], rig_of(box_pair))
-    left = segment(pair.scene(), k=2, cues="geometry").labels
-    right = segment(pair.swapped().scene(), k=2, cues="geometry").labels[:, ::-1]
+    left = segment(Scene.from_pair(pair), k=2, cues="geometry").labels
+    right = segment(Scene.from_pair(pair.swapped()), k=2, cues="geometry").labels[:, ::-1]
     share = view_agreement(left, right, pair.disparity).share
     assert share is not None
     assert share > 0.97

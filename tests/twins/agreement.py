@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue import Scene
-from geohue.evaluate import variation_of_information
 from geohue.features import lab_of
+from geohue.measures import variation_of_information
 
 Labels = NDArray[np.int32]
 

@@ -10,7 +10,7 @@ from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
 from geohue import PRESETS, Scene, segment
-from geohue.parallel import Workers, workers
+from geohue.compute.parallel import Workers, workers
 from geohue.weight.agreement import BorderContrast, weight_by_agreement
 from geohue.weight.likeness import distances
 from geohue.weight.search import HALF_OCTAVES
@@ -144,8 +144,8 @@ def test_finds_objects_where_q_cuts_the_table(data_dir: object) -> None:
 
     import cv2
 
-    from geohue.evaluate import evaluate
-    from geohue.io.scenes import read_scene
+    from geohue.measures import evaluate
+    from geohue.read.scenes.scenes import read_scene
 
     folder = Path(str(data_dir)) / "mosd" / "frames" / "learn3"
     scene = read_scene(folder / "rgb.png", folder / "depth.png", folder / "intrinsics.json")

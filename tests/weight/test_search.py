@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geohue.parallel import Workers, workers
+from geohue.compute.parallel import Workers, workers
 from geohue.weight.search import COARSE, search_weight
 
 ALONE = Workers(None)

@@ -32,7 +32,7 @@ from geohue.baselines.filtering import shift_filter
 from geohue.baselines.planes import depth_of, luv_of
 from geohue.baselines.regions import grow_regions
 from geohue.baselines.registry import Job
-from geohue.parallel import Workers
+from geohue.compute.parallel import Workers
 
 RADIUS = 16.0
 """h_s, pixels."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.baselines.kernels import compiled, vectorised
-from geohue.parallel import Workers
+from geohue.compute.parallel import Workers
 
 MOST_STEPS = 100
 """Most moves of a pixel, as in EDISON."""

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compiled import kept_on_disk
-from geohue.pieces import find_root
+from geohue.compute.compiled import kept_on_disk
+from geohue.regions.pieces import find_root
 
 __all__ = ["compiled", "find_root", "flatten", "join_roots", "vectorised"]
 

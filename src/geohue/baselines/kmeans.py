@@ -1,6 +1,6 @@
 """k-means on the vectors p^f (Fig. 3a; row 1 of Fig. 9).
 
-Own code on `geohue.ncut.lloyd` rather than scikit-learn: scikit-learn adds up the clusters' sums
+Own code on `geohue.compute.lloyd` rather than scikit-learn: scikit-learn adds up the clusters' sums
 over threads in any order, so its labels may change with the number of threads; and a start on a
 part of the points costs a tenth. Tests compare the two.
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from geohue.baselines.registry import Job
 from geohue.baselines.sampling import mixed_vectors, thinned
-from geohue.ncut.lloyd import lloyd, nearest_center, spread_seeds
+from geohue.compute.lloyd import lloyd, nearest_center, spread_seeds
 
 STARTS = 10
 """Starts of which the one with the least cost is taken: the usual number."""

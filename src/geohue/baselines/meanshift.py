@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from geohue.baselines.kernels import compiled
 from geohue.baselines.registry import Job
 from geohue.baselines.sampling import mixed_vectors, thinned
-from geohue.ncut.lloyd import nearest_center
+from geohue.compute.lloyd import nearest_center
 
 QUANTILE = 0.15
 """Share of the points within a bandwidth of a point, on average.

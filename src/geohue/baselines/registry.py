@@ -12,8 +12,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.parallel import Workers, workers
 from geohue.features import CUES, Cues, Features
-from geohue.parallel import Workers, workers
 from geohue.scene import Scene
 
 

@@ -17,8 +17,8 @@ from geohue.cli.info import info
 from geohue.cli.register import register
 from geohue.cli.segment import segment
 from geohue.cli.warm import warm
+from geohue.compute.first_run import on_compile
 from geohue.errors import GeohueError
-from geohue.first_run import on_compile
 
 app = typer.Typer(
     help="Split scenes into their parts from colour and geometry together.",

@@ -57,9 +57,9 @@ def batch(
     """
     wanted_k, wanted_weight = whole_or_auto(k, "-k"), read_weight(weight)
     check_place(processes, scheduler)
-    from geohue.batch import Settings, find_items
-    from geohue.batch import batch as run
-    from geohue.parallel import cores
+    from geohue.compute.parallel import cores
+    from geohue.studies.batch import Settings, find_items
+    from geohue.studies.batch import batch as run
 
     settings = Settings(
         wanted_k,

@@ -13,7 +13,7 @@ from geohue.cli.jobs import check_place, job_bar
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
-    from geohue.evaluate.trials import Trial
+    from geohue.studies.benchmark.trials import Trial
 
 
 def benchmark(
@@ -56,11 +56,11 @@ def benchmark(
     wanted_k = whole_or_auto(k, "-k")
     window = _crop(protocol, crop)
     check_place(processes, scheduler)
-    from geohue.evaluate.benchmark import benchmark as run
-    from geohue.evaluate.frames import find_frames
-    from geohue.evaluate.summary import summarise, table
-    from geohue.evaluate.trials import Conditions
-    from geohue.io.atomic import atomic_write
+    from geohue.results.atomic import atomic_write
+    from geohue.studies.benchmark.frames import find_frames
+    from geohue.studies.benchmark.run import benchmark as run
+    from geohue.studies.benchmark.summary import summarise, table
+    from geohue.studies.benchmark.trials import Conditions
 
     trials = _plan(methods, cues, presets)
     with job_bar() as count:
@@ -80,7 +80,7 @@ def benchmark(
     with atomic_write(out / "summary.md") as temporary:
         temporary.write_text(text, encoding="utf-8")
     if plots:
-        from geohue.evaluate.plots import draw_run
+        from geohue.studies.benchmark.plots import draw_run
 
         draw_run(out, rows, find_frames(folder, limit), window)
     typer.echo(text, nl=False)
@@ -88,9 +88,9 @@ def benchmark(
 
 def _plan(methods: str, cues: str, presets: str) -> list[Trial]:
     from geohue.baselines import BASELINES
-    from geohue.evaluate.trials import OWN, plan
     from geohue.features import CUES
-    from geohue.presets import PRESETS
+    from geohue.segmentation.presets import PRESETS
+    from geohue.studies.benchmark.trials import OWN, plan
 
     return plan(
         _names(methods, (OWN, *BASELINES)), _names(cues, CUES), _names(presets, tuple(PRESETS))
@@ -104,7 +104,7 @@ def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _crop(protocol: str | None, crop: str | None) -> tuple[int, int, int, int] | None:
-    from geohue.evaluate.crop import PROTOCOLS
+    from geohue.measures.crop import PROTOCOLS
 
     if protocol is not None and crop is not None:
         raise GeohueError("--protocol and --crop both name a part of the frame: give one")

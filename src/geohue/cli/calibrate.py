@@ -46,8 +46,9 @@ def calibrate(
     rectified with level lines that must meet the same points in both views. With --rig writes
     calibration.json for geohue register and --camera; --square must then be in metres.
     """
-    from geohue.io import read_color, write_png
-    from geohue.io.stereo_calibration import write_stereo_calibration
+    from geohue.read import read_color
+    from geohue.results import write_png
+    from geohue.results.stereo_calibration import write_stereo_calibration
     from geohue.stereo import calibrate_stereo, epipolar_preview
 
     if len(images) % 2:
@@ -98,7 +99,7 @@ def _calibrate_rig(
     out: Path,
     as_json: bool,
 ) -> None:
-    from geohue.io.rig_write import write_rig
+    from geohue.results.rig import write_rig
     from geohue.sensors.calibration import calibrate_rig
 
     found = calibrate_rig([a for a, _ in pairs], [b for _, b in pairs], pattern, square)

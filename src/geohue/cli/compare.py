@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from geohue.compare import Comparison, Result
+    from geohue.studies.compare import Comparison, Result
 
 
 def compare(
@@ -68,9 +68,9 @@ def compare(
     cell (with --json and without -o, nothing is written).
     """
     wanted_k = whole_or_auto(k, "-k")
-    from geohue.clusterers import METHODS
-    from geohue.compare import compare as run
     from geohue.features import CUES
+    from geohue.segmentation.clusterers import METHODS
+    from geohue.studies.compare import compare as run
 
     scene = options.load_scene(
         source,
@@ -106,7 +106,7 @@ def compare(
     folder = Path("geohue-compare") if out is None and not as_json else out
     files: list[Path] = []
     if folder is not None:
-        from geohue.io.plate import write_comparison
+        from geohue.studies.compare.files import write_comparison
 
         title = f"Comparison: {sample or source}"
         files = write_comparison(folder, scene, done, truth, title)
@@ -129,13 +129,13 @@ def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
 def _truth(path: Path) -> NDArray[np.int32]:
     """Read true labels, 0 for none: an image, or an array in which -1 is none."""
     if path.suffix.lower() == ".npy":
-        from geohue.io.arrays import read_npy
+        from geohue.read.arrays import read_npy
 
         raw = read_npy(path)
         if raw.dtype.kind not in "iu":
             raise GeohueError(f"{path}: holds {raw.dtype}, no labels; these are whole numbers")
         return raw.astype("int32") + 1
-    from geohue.io.images import read_labels
+    from geohue.read.images.pictures import read_labels
 
     return read_labels(path)
 

@@ -13,7 +13,7 @@ from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
-    from geohue.choice import Weight
+    from geohue.segmentation.choice import Weight
 
 STAGES = {
     "features": "reading colour and geometry",
@@ -64,8 +64,8 @@ def read_camera(file: str | None) -> Intrinsics | None:
     """Read ``--intrinsics``, and warn of what its file has that is left out."""
     if file is None:
         return None
-    from geohue.io.files import with_notes
-    from geohue.io.intrinsics import read_intrinsics
+    from geohue.read.cameras.intrinsics import read_intrinsics
+    from geohue.read.files import with_notes
 
     camera, notes = with_notes(read_intrinsics, file)
     warn(notes)

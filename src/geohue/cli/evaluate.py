@@ -12,7 +12,7 @@ from geohue.cli.console import print_json, warn
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
-    from geohue.evaluate.object_report import ObjectProtocol
+    from geohue.measures.object_report import ObjectProtocol
 
 
 def evaluate(
@@ -50,8 +50,8 @@ def evaluate(
     if pred.is_dir():
         _evaluate_folders(pred, gt, as_json, protocol)
         return
-    from geohue.evaluate import evaluate as measure
-    from geohue.io.images import read_labels
+    from geohue.measures import evaluate as measure
+    from geohue.read.images.pictures import read_labels
 
     scores = measure(read_labels(pred) - 1, read_labels(gt), objects=protocol)
     if as_json:
@@ -66,7 +66,7 @@ def _protocol(objects: bool, background: str | None, background_from: str) -> Ob
         if background is not None or background_from != "truth":
             raise GeohueError("--background and --background-from belong to --objects: add it")
         return None
-    from geohue.evaluate.object_report import ObjectProtocol
+    from geohue.measures.object_report import ObjectProtocol
 
     if background_from not in ("truth", "prediction"):
         raise GeohueError(f"--background-from {background_from}: choose among truth, prediction")
@@ -80,7 +80,7 @@ def _protocol(objects: bool, background: str | None, background_from: str) -> Ob
 
 
 def _evaluate_folders(pred: Path, gt: Path, as_json: bool, protocol: ObjectProtocol | None) -> None:
-    from geohue.evaluate.folders import evaluate_folders
+    from geohue.studies.benchmark.folders import evaluate_folders
 
     found = evaluate_folders(pred, gt, objects=protocol)
     if found["missing"]:

@@ -51,8 +51,8 @@ def _facts(
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return what is known of a data set, a cloud without colours, or a scene."""
     from geohue.datasets.layouts import guess_layout, open_dataset
-    from geohue.io.cloud import is_colmap
-    from geohue.io.scenes import is_cloud, read_scene
+    from geohue.read.clouds.cloud import is_colmap
+    from geohue.read.scenes.scenes import is_cloud, read_scene
 
     found = None
     if depth is None and not is_colmap(source) and (source.is_dir() or layout is None):
@@ -72,7 +72,7 @@ def describe_cloud(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return what there is to know of a cloud file, also of one that cannot be segmented."""
     import numpy as np
 
-    from geohue.io.cloud import format_of, read_cloud
+    from geohue.read.clouds.cloud import format_of, read_cloud
     from geohue.scene import Scene
 
     cloud = read_cloud(path)

@@ -180,7 +180,7 @@ def load_scene(
     if right is not None:
         _leave_out("--right", DEPTH=depth, intrinsics=intrinsics, depth_scale=depth_scale)
         _leave_out("--right", camera=cameras)
-        from geohue.io.stereo_scenes import read_stereo_scene
+        from geohue.read.scenes.stereo import read_stereo_scene
 
         return read_stereo_scene(source, right, disparity, disparity_scale, calib, views)
     _need("--right", "stereo pairs", disparity=disparity, disparity_scale=disparity_scale)
@@ -210,7 +210,7 @@ def _range_scene(
     _leave_out("--camera", DEPTH=depth, intrinsics=intrinsics)
     if calib is None:
         raise GeohueError("--camera needs the rig of the sensors: give it with --calib")
-    from geohue.io.ranges import read_range_scene
+    from geohue.read.scenes.ranges import read_range_scene
 
     return read_range_scene(source, cameras, [calib], _scale(depth_scale), 1 if views == 1 else 2)
 
@@ -223,7 +223,7 @@ def _frame_or_cloud(
     frame: int,
 ) -> Scene:
     from geohue.datasets.layouts import guess_layout, open_dataset
-    from geohue.io.scenes import is_cloud, read_scene
+    from geohue.read.scenes.scenes import is_cloud, read_scene
 
     if depth is not None or is_cloud(source) or not source.exists() or not guess_layout(source):
         return read_scene(source, depth, intrinsics, depth_scale)

@@ -14,16 +14,16 @@ from geohue.cli.jobs import check_place
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
-    from geohue.choice import Weight
     from geohue.large.stages import Progress
+    from geohue.segmentation.choice import Weight
 
 _STAGES = {"measure": "measuring", "fit": "cutting a sample", "label": "labelling"}
 
 
 def too_large(source: Path | None) -> str | None:
     """Return what to tell the user of a cloud that would not fit in memory, else None."""
-    from geohue.io.chunks import CHUNKED_SUFFIXES, open_chunks
     from geohue.large.memory import MB, available_memory, needed_in_memory
+    from geohue.read.clouds.chunks import CHUNKED_SUFFIXES, open_chunks
 
     if source is None or source.suffix.lower() not in CHUNKED_SUFFIXES or not source.is_file():
         return None

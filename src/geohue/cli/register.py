@@ -43,7 +43,7 @@ def register(
     Writes depth_registered.png (16 bit, millimetres, 0 = none) in the pixels of COLOR, and
     intrinsics.json of the colour camera.
     """
-    from geohue.io.registered import register_files
+    from geohue.studies.register import register_files
 
     done = register_files(color, depth, calib, out, depth_scale, camera - 1, undistort, refine)
     warn(done.warnings)

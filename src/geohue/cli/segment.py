@@ -96,13 +96,13 @@ def segment(
         return
     folder = Path("geohue-out") if out is None and not as_json else out
     if folder is not None:
-        from geohue.io.atomic import check_folder
+        from geohue.results.atomic import check_folder
 
         check_folder(folder)
     with stage_bar() as begin:
         begin("loading")
-        from geohue.driver import segment as run
-        from geohue.io.results import write_results
+        from geohue.results.outputs import write_results
+        from geohue.segmentation.driver import segment as run
 
         scene = options.load_scene(
             source,

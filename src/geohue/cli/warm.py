@@ -13,7 +13,7 @@ def warm() -> None:
     They are kept in the folder named by NUMBA_CACHE_DIR, else beside the code, else in the user's
     cache, and compiled again when the version or the processor changes.
     """
-    from geohue.first_run import compile_all
+    from geohue.segmentation.warm import compile_all
 
     begin = perf_counter()
     compile_all()

@@ -8,18 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.adjacency import adjacent_pixels, adjacent_points, link_pieces, nearest_known
+from geohue.compute.parallel import Workers
 from geohue.consensus.contrast import join_faint
 from geohue.consensus.votes import count_votes, join_by_votes
 from geohue.features import Features
 from geohue.ncut.cutter import Cutter
-from geohue.parallel import Workers
-from geohue.regions import (
-    connected_components,
-    connected_groups,
-    merge_small_groups,
-    merge_small_regions,
-)
+from geohue.regions.adjacency import adjacent_pixels, adjacent_points, link_pieces, nearest_known
+from geohue.regions.groups import connected_groups, merge_small_groups
+from geohue.regions.images import connected_components, merge_small_regions
 from geohue.scene import Scene
 from geohue.weight.likeness import distances_from
 from geohue.weight.search import BALANCES

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.adjacency import first_of_each, nearest_known
+from geohue.compute.parallel import Workers
 from geohue.features import Features
-from geohue.parallel import Workers
+from geohue.regions.adjacency import first_of_each, nearest_known
 from geohue.scene import Scene
 
 NEAREST = 4
@@ -51,7 +51,7 @@ def spread(
     Examples
     --------
     >>> from geohue.features import extract_features
-    >>> from geohue.parallel import workers
+    >>> from geohue.compute.parallel import workers
     >>> rgb = np.zeros((4, 8, 3), np.uint8)
     >>> rgb[:, 5:] = 255
     >>> scene = Scene.from_rgbd(rgb, np.ones((4, 8)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.regions import join_pairs
+from geohue.regions.groups import join_pairs
 
 Labels = NDArray[np.int32]
 

@@ -11,7 +11,7 @@ import numpy as np
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame, picture_in, sorted_files
 from geohue.errors import GeohueError
-from geohue.io.files import broken, read_bytes, reason
+from geohue.read.files import broken, read_bytes, reason
 
 
 def matches(folder: Path) -> bool:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
-from geohue.io.depth_units import DepthUnit
-from geohue.io.files import broken
+from geohue.read.files import broken
+from geohue.read.images.depth_units import DepthUnit
 from geohue.scene import Scene
 from geohue.sensors.rig import Rig
 
@@ -36,7 +36,7 @@ class Frame:
     intrinsics : Intrinsics or None
         Of the colour camera; of the depth camera where `rig` is set.
     depth_scale : float, str, DepthUnit or None
-        Unit of the depth file, as `geohue.io.read_depth` takes it.
+        Unit of the depth file, as `geohue.read.read_depth` takes it.
     T_world_camera : (4, 4) float64 or None
         Pose of the camera, camera to world.
     rig : Rig or None
@@ -68,10 +68,10 @@ class Frame:
         if not isinstance(self.depth, Path):
             return self.depth()
         if self.rig is not None and self.rig.depth is None:
-            from geohue.io.cloud import read_cloud
+            from geohue.read.clouds.cloud import read_cloud
 
             return read_cloud(self.depth).points
-        from geohue.io.images import read_depth
+        from geohue.read.images.pictures import read_depth
 
         return read_depth(self.depth, self.depth_scale).depth
 
@@ -83,7 +83,7 @@ class Frame:
             pictures = [_picture(c) for c in (self.color, self.second) if c is not None]
             return Scene.from_range_and_cameras(self.read_depth(), pictures, self.rig)
         if self.rig is not None:
-            from geohue.sensors.registration import registered_scene
+            from geohue.scene.registered import registered_scene
 
             return registered_scene(self.read_color(), self.read_depth(), self.rig)
         colors, depth = self.read_color(), self.read_depth()
@@ -171,7 +171,7 @@ def inside(folder: Path, name: str) -> Path:
 
 def read_pose(path: Path) -> NDArray[np.float64] | None:
     """Read a 4 x 4 matrix from a text file; None if it is absent, not finite or no such matrix."""
-    from geohue.io.files import read_bytes
+    from geohue.read.files import read_bytes
 
     if not path.is_file():
         return None
@@ -186,7 +186,7 @@ def read_pose(path: Path) -> NDArray[np.float64] | None:
 
 def pose_from_quaternion(values: Sequence[float]) -> NDArray[np.float64]:
     """Return the 4 x 4 pose of tx, ty, tz, qx, qy, qz, qw."""
-    from geohue.io.rig import rotation_from_quaternion
+    from geohue.read.cameras.rig import rotation_from_quaternion
 
     pose = np.eye(4)
     pose[:3, :3] = rotation_from_quaternion(values[3:7])
@@ -196,7 +196,7 @@ def pose_from_quaternion(values: Sequence[float]) -> NDArray[np.float64]:
 
 def read_rows(path: Path, width: int) -> list[list[str]]:
     """Read the rows of a text file that have at least `width` words, comments left out."""
-    from geohue.io.files import read_bytes
+    from geohue.read.files import read_bytes
 
     text = read_bytes(path, 1 << 28).decode("utf-8", "replace")
     rows = (line.split() for line in text.splitlines() if not line.lstrip().startswith("#"))
@@ -233,7 +233,7 @@ def sorted_files(folder: Path, *patterns: str) -> list[Path]:
 def _picture(color: Color) -> NDArray[np.uint8]:
     if not isinstance(color, Path):
         return color()
-    from geohue.io.images import read_color
+    from geohue.read.images.pictures import read_color
 
     return read_color(color)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from geohue.datasets.frames import Dataset, Frame, picture_in, sorted_files
-from geohue.io.rig import read_rig
+from geohue.read.cameras.rig import read_rig
 
 
 def matches(folder: Path) -> bool:

@@ -11,7 +11,7 @@ from typing import Any
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset
 from geohue.errors import GeohueError
-from geohue.io.files import broken, reason
+from geohue.read.files import broken, reason
 
 LAYOUTS = (
     "tum",
@@ -63,7 +63,7 @@ def open_dataset(
     intrinsics : Intrinsics, optional
         The camera, instead of what the data set says or its layout assumes.
     depth_scale : float or str, optional
-        Metres per unit or a name (`geohue.io.read_depth`), likewise.
+        Metres per unit or a name (`geohue.read.read_depth`), likewise.
 
     Returns
     -------

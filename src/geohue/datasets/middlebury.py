@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame, numbers, picture_in
-from geohue.io.files import broken, read_bytes
-from geohue.io.integrity import picture_size
+from geohue.read.files import broken, read_bytes
+from geohue.read.images.integrity import picture_size
 
 _FOCAL, _BASELINE = 3740.0, 0.160  # 2005 and 2006, full size, by the data set's page
 _HEIGHT = 1110  # of full size
@@ -87,7 +87,7 @@ def _depth(
     """Return what reads the disparity as depth in metres; 0 and infinite are missing."""
 
     def read() -> NDArray[np.float32]:
-        from geohue.io.images import read_depth
+        from geohue.read.images.pictures import read_depth
 
         values = read_depth(found.disparity, scale).depth  # NaN for 0, negative, infinite
         shifted = values + np.float32(offset)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame
-from geohue.io.extras import optional
-from geohue.io.files import broken, reason
+from geohue.read.extras import optional
+from geohue.read.files import broken, reason
 
 _CAMERA = Intrinsics(518.857901, 519.469611, 325.582449, 253.736166, 640, 480)
 _HDF5 = b"\x89HDF\r\n\x1a\n"

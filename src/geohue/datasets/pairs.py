@@ -18,7 +18,7 @@ from geohue.datasets.frames import (
     sorted_files,
 )
 from geohue.errors import GeohueError, GeohueWarning
-from geohue.io.intrinsics import read_intrinsics
+from geohue.read.cameras.intrinsics import read_intrinsics
 
 _COLOR = ("color", "colour", "rgb", "image", "images", "left")
 _COLOR_NAME = re.compile(r"(?i)(color|colour|rgb|image)")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from geohue.datasets.frames import Dataset, Frame, sorted_files
 from geohue.errors import GeohueError
-from geohue.io.depth_units import DepthUnit
-from geohue.io.registered import looks_raw
-from geohue.io.rig import read_rig
+from geohue.read.cameras.rig import read_rig
+from geohue.read.images.depth_units import DepthUnit
+from geohue.read.images.raw_depth import looks_raw
 from geohue.sensors.rig import Rig
 
 _CALIBRATIONS = ("calibration.json", "calib.json", "calibration.yml", "calibration.yaml")

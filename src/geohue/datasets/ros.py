@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame
 from geohue.errors import GeohueError
-from geohue.io.extras import optional
-from geohue.io.files import broken, reason
+from geohue.read.extras import optional
+from geohue.read.files import broken, reason
 
 _FILES = (".bag", ".mcap", ".db3")
 _APART = 50_000_000  # nanoseconds between what counts as one moment
@@ -185,7 +185,7 @@ def _pixels(message: Any, kind: np.dtype[Any], channels: int, folder: Path) -> N
 def _uncompressed(data: bytes, folder: Path) -> NDArray[Any]:
     import cv2
 
-    from geohue.io.integrity import check_picture
+    from geohue.read.images.integrity import check_picture
 
     check_picture(data, folder)
     pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame, picture_in, read_pose, sorted_files
-from geohue.io.files import broken
+from geohue.read.files import broken
 
 
 def matches(folder: Path) -> bool:

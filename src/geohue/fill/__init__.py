@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.labels import check_labels
 from geohue.errors import GeohueError
 from geohue.fill import state
-from geohue.regions import check_labels
 
 
 def _check(

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.labels import check_labels
 from geohue.errors import GeohueError
-from geohue.regions import check_labels
 
 
 def flood_labels(labels: NDArray[np.integer[Any]], rgb: NDArray[np.uint8]) -> NDArray[np.int32]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geohue.compiled import compiled
+from geohue.compute.compiled import compiled
 from geohue.fill.state import Border
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geohue.compiled import compiled
+from geohue.compute.compiled import compiled
 from geohue.fill.heap import bound_of, lower, pop, sink
 from geohue.fill.state import OPEN, Border, Image, Windows
 from geohue.fill.windows import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compiled import compiled
+from geohue.compute.compiled import compiled
 from geohue.fill.state import BLOCK, OPEN, Image, Windows
 
 

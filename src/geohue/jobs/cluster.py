@@ -13,10 +13,10 @@ from typing import Any
 
 from geohue._version import __version__
 from geohue.errors import GeohueError
-from geohue.io.extras import optional
-from geohue.io.files import reason
 from geohue.jobs.crew import LOOK_S, Crew
 from geohue.jobs.outcome import DIED, Job, Outcome, Result, attempt, error_text
+from geohue.read.extras import optional
+from geohue.read.files import reason
 
 CONNECT_S = 5.0
 """Seconds in which a scheduler must answer."""

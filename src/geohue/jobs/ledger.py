@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TypeAlias
 
 from geohue.errors import GeohueError
-from geohue.io.atomic import atomic_write
-from geohue.io.files import broken, reason
+from geohue.read.files import broken, reason
+from geohue.results.atomic import atomic_write
 
 Row: TypeAlias = dict[str, str]
 

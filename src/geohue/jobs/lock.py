@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from geohue.errors import GeohueError
-from geohue.io.files import broken, reason
+from geohue.read.files import broken, reason
 
 LOCK = "running.lock"
 """The file that says who works in a folder: its process and machine."""

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 from geohue.errors import GeohueError
-from geohue.io.atomic import atomic_write
-from geohue.io.files import broken, read_bytes, reason
 from geohue.jobs.ledger import Ledger, Row
 from geohue.jobs.lock import only_run
 from geohue.jobs.pool import run_jobs
+from geohue.read.files import broken, read_bytes, reason
+from geohue.results.atomic import atomic_write
 
 SETTINGS = "run.json"
 """The file that says what a folder's run was asked to do."""

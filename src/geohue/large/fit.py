@@ -7,17 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.choice import Choice, Count, Weight, check_count
+from geohue.compute.labels import relabel
+from geohue.compute.parallel import Workers
 from geohue.features import Cues
 from geohue.large.moments import Moments
 from geohue.large.vectors import Standard, raw_values
 from geohue.ncut.cutter import Cutter
 from geohue.ncut.model import CutModel
-from geohue.parallel import Workers
-from geohue.presets import Preset
-from geohue.regions import relabel
 from geohue.scene import Scene
-from geohue.segmentation import StageClock
+from geohue.segmentation.choice import Choice, Count, Weight, check_count
+from geohue.segmentation.presets import Preset
+from geohue.segmentation.result import StageClock
 from geohue.weight.quality import QualityMetric
 from geohue.weight.search import Curve
 

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.features import Cues
-from geohue.io.chunks import Chunk, Chunks
 from geohue.large.fit import Fitted
 from geohue.large.moments import Moments, merge
 from geohue.large.sample import SAMPLE_ROW
 from geohue.large.vectors import raw_values
+from geohue.read.clouds.chunk import Chunk, Chunks
 
 BLOCK = 250_000
 """Points in memory at a time. Fixed, as sums are taken block by block: the result then depends

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.io.curve import draw_weight_curve
-from geohue.io.images import write_png
 from geohue.large.fit import Fitted
 from geohue.large.result import FileSegmentation
-from geohue.picture import picture
+from geohue.results.curve import draw_weight_curve
+from geohue.results.picture import picture
+from geohue.results.png import write_png
 from geohue.scene import Scene
-from geohue.segmentation import Segmentation
+from geohue.segmentation.result import Segmentation
 
 
 def draw(folder: Path, sample: NDArray[np.void], fitted: Fitted, result: FileSegmentation) -> None:
-    """Write ``overlay.png`` and ``weight_curve.png`` as `geohue.io.results` does."""
+    """Write ``overlay.png`` and ``weight_curve.png`` as `geohue.results.outputs` does."""
     labels = fitted.labels(sample["xyz"], sample["rgb"])
     scene = Scene.from_cloud(sample["xyz"], sample["rgb"])
     write_png(folder / "overlay.png", picture(scene, labels))

@@ -10,12 +10,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from geohue._version import __version__
-from geohue.choice import Weight, check_arguments, shortfalls
+from geohue.compute.parallel import cores
 from geohue.errors import GeohueError
 from geohue.features import CUES, Cues
-from geohue.io.atomic import atomic_write
-from geohue.io.chunks import Chunks, open_chunks
-from geohue.io.files import broken, read_bytes
 from geohue.jobs.lock import only_run
 from geohue.large.fit import Decision, Fitted
 from geohue.large.memory import parse_memory, processes_within
@@ -25,9 +22,13 @@ from geohue.large.sample import SAMPLE
 from geohue.large.stages import Crew, Progress, Question, decide, label_all, measure_all
 from geohue.large.state import State, has_state
 from geohue.large.targets import plan_targets, publish
-from geohue.parallel import cores
-from geohue.presets import Preset, preset_named
-from geohue.segmentation import StageClock
+from geohue.read.clouds.chunk import Chunks
+from geohue.read.clouds.chunks import open_chunks
+from geohue.read.files import broken, read_bytes
+from geohue.results.atomic import atomic_write
+from geohue.segmentation.choice import Weight, check_arguments, shortfalls
+from geohue.segmentation.presets import Preset, preset_named
+from geohue.segmentation.result import StageClock
 
 
 def segment_file(

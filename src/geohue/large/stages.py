@@ -9,11 +9,9 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from geohue.choice import Weight
+from geohue.compute.parallel import workers
 from geohue.errors import GeohueError
 from geohue.features import Cues
-from geohue.io.chunks import Chunks
-from geohue.io.files import broken
 from geohue.jobs.pool import Outcome, run_jobs
 from geohue.large.fit import Decision, Fitted, fit
 from geohue.large.moments import Moments, merge
@@ -21,10 +19,12 @@ from geohue.large.passes import JOB, LabelJob, MeasureJob, Target, label, measur
 from geohue.large.sample import SAMPLE, sample_positions
 from geohue.large.state import State
 from geohue.large.targets import clear_parts, prepare
-from geohue.parallel import workers
-from geohue.presets import Preset
+from geohue.read.clouds.chunk import Chunks
+from geohue.read.files import broken
 from geohue.scene import Scene
-from geohue.segmentation import StageClock
+from geohue.segmentation.choice import Weight
+from geohue.segmentation.presets import Preset
+from geohue.segmentation.result import StageClock
 
 WORTH = 10
 """Stretches that pay for the start of a process: it takes as long as five of them."""

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
-from geohue.io.atomic import atomic_write
-from geohue.io.files import broken, read_bytes, reason
 from geohue.jobs.ledger import Ledger
 from geohue.jobs.run import has_rows
 from geohue.large.arrays import from_arrays, to_arrays
 from geohue.large.fit import Decision, Fitted
 from geohue.large.moments import Moments
 from geohue.large.sample import SAMPLE_ROW
+from geohue.read.files import broken, read_bytes, reason
+from geohue.results.atomic import atomic_write
 
 STATE = "state"
 """The folder inside that of the results; it goes when the run ends."""

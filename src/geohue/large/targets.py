@@ -11,8 +11,8 @@ import numpy as np
 from numpy.lib import format as npy
 
 from geohue.errors import GeohueError
-from geohue.io.files import broken, reason
 from geohue.large.passes import Target
+from geohue.read.files import broken, reason
 
 FORMATS = ("ply",)
 """What can be written beside the labels: ``segmented.ply``, all points with their labels."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
 
 SCALE = 0.4
 """Width of the Gaussian in units of the spread of the data, see `affinity`."""

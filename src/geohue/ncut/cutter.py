@@ -7,16 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
+from geohue.compute.lloyd import nearest_center
+from geohue.compute.parallel import Workers
 from geohue.features import Features
 from geohue.ncut.labels import find_centers
 from geohue.ncut.landmarks import choose_landmarks
-from geohue.ncut.lloyd import nearest_center
 from geohue.ncut.model import CutModel
 from geohue.ncut.nystrom import nystrom_cut, unit_rows
 from geohue.ncut.selectors import choose_k
-from geohue.parallel import Workers
-from geohue.presets import Preset
+from geohue.ncut.settings import CutSettings
 
 
 class Cutter:
@@ -32,7 +32,7 @@ class Cutter:
         All points.
     positions : (h, w) or (m,) int64
         The draft: `Scene.thinning`.
-    settings : Preset
+    settings : CutSettings
         Landmarks, scale and labelling.
     workers : Workers
         Threads to use.
@@ -50,7 +50,7 @@ class Cutter:
         self,
         features: Features,
         positions: NDArray[np.int64],
-        settings: Preset,
+        settings: CutSettings,
         workers: Workers,
         seed: int,
         n_segments: int,

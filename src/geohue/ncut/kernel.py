@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
 from geohue.ncut.affinity import FAINTEST
 
 

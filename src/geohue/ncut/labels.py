@@ -8,9 +8,9 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
+from geohue.compute.lloyd import lloyd, spread_seeds
 from geohue.errors import GeohueError
-from geohue.ncut.lloyd import lloyd, spread_seeds
 
 Labelling = Literal["kmeans", "rotation", "qr"]
 LABELLINGS: tuple[Labelling, ...] = get_args(Labelling)

@@ -7,9 +7,9 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
+from geohue.compute.lloyd import lloyd
 from geohue.errors import GeohueError
-from geohue.ncut.lloyd import lloyd
 
 Choice = Literal["random", "kmeans", "farthest"]
 CHOICES: tuple[Choice, ...] = get_args(Choice)

@@ -16,8 +16,8 @@ from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from geohue.arrays import Floats
-from geohue.compiled import vectorized
+from geohue.compute.arrays import Floats
+from geohue.compute.compiled import vectorized
 
 Scalar = np.floating[Any]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
+from geohue.compute.parallel import Workers
 from geohue.ncut.nystrom import NystromCut
-from geohue.parallel import Workers
 
 
 @dataclass(frozen=True, slots=True, eq=False)

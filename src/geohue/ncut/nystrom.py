@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
+from geohue.compute.parallel import Workers
 from geohue.ncut.affinity import SCALE, affinity
 from geohue.ncut.kernel import Kernel
-from geohue.parallel import Workers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,7 +113,7 @@ def nystrom_cut(
 
     Examples
     --------
-    >>> from geohue.parallel import workers
+    >>> from geohue.compute.parallel import workers
     >>> x = np.repeat([[0.0], [9.0]], 5, axis=0)
     >>> with workers(1) as team:
     ...     cut = nystrom_cut(x, x[[0, 5]], team, m=2)

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from geohue.arrays import Floats
+from geohue.compute.arrays import Floats
 from geohue.errors import GeohueError
 from geohue.ncut.nystrom import NystromCut
 

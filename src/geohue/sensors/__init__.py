@@ -4,10 +4,9 @@ from geohue.sensors.alignment import edge_agreement
 from geohue.sensors.kinect import DisparityModel
 from geohue.sensors.lens import Lens
 from geohue.sensors.refine import refine_translation
-from geohue.sensors.registration import register_depth, registered_scene, undistorted
+from geohue.sensors.registration import register_depth, undistorted
 from geohue.sensors.rig import PosedCamera, Rig
 from geohue.sensors.trinocular import RangeColors, color_range_points
-from geohue.sensors.unseen import label_unseen
 
 __all__ = [
     "DisparityModel",
@@ -17,9 +16,7 @@ __all__ = [
     "Rig",
     "color_range_points",
     "edge_agreement",
-    "label_unseen",
     "refine_translation",
     "register_depth",
-    "registered_scene",
     "undistorted",
 ]

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
-from geohue.scene import Scene
 from geohue.sensors.lens import Lens
 from geohue.sensors.rig import PosedCamera, Rig
 from geohue.sensors.surface import Surface
@@ -59,43 +58,9 @@ def register_depth(
     >>> np.allclose(register_depth(depth, Rig((PosedCamera(lens),), lens)), depth)
     True
     """
-    view, width, height = _view(rig, camera, size)
+    view, width, height = color_view(rig, camera, size)
     surface = Surface.from_depth(_clean(depth), rig.depth_lens)
     return surface.seen_from(view, height, width)
-
-
-def registered_scene(
-    rgb: NDArray[np.uint8], depth: NDArray[np.floating[Any]], rig: Rig, camera: int = 0
-) -> Scene:
-    """Make a scene of a colour picture and an unregistered depth map.
-
-    As `register_depth`, and the points lie on the true rays of the colour camera, so that the
-    picture needs no undistortion.
-
-    Parameters
-    ----------
-    rgb : (H, W, 3) or (H, W) uint8
-        The colour picture.
-    depth : (h, w) float
-        Metres, of the rig's depth camera.
-    rig : Rig
-        Depth camera and colour cameras.
-    camera : int
-        Which of the rig's colour cameras took the picture.
-
-    Returns
-    -------
-    Scene
-        On the grid of the colour picture.
-    """
-    height, width = np.asarray(rgb).shape[:2]
-    view, _, _ = _view(rig, camera, (width, height))
-    metres = register_depth(depth, rig, (width, height), camera)
-    scene = Scene.from_rgbd(rgb, metres, view.lens.camera)
-    points = view.lens.rays(height, width) * metres[..., None]
-    points[~np.isfinite(points).all(axis=-1)] = np.nan
-    notes = (*rig.warnings, *scene.warnings)
-    return Scene(scene.colors, points, scene.depth, scene.intrinsics, warnings=notes)
 
 
 def undistorted(rgb: NDArray[np.uint8], lens: Lens) -> NDArray[np.uint8]:
@@ -123,7 +88,7 @@ def undistorted(rgb: NDArray[np.uint8], lens: Lens) -> NDArray[np.uint8]:
     return np.asarray(cv2.remap(np.ascontiguousarray(rgb), x, y, cv2.INTER_LINEAR), np.uint8)
 
 
-def _view(rig: Rig, camera: int, size: tuple[int, int] | None) -> tuple[PosedCamera, int, int]:
+def color_view(rig: Rig, camera: int, size: tuple[int, int] | None) -> tuple[PosedCamera, int, int]:
     """Return the colour camera at a size of picture, and that size."""
     if not 0 <= camera < len(rig.cameras):
         raise GeohueError(f"colour camera {camera}: the rig has {len(rig.cameras)}, from 0")

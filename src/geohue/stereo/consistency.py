@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from geohue.regions import check_labels
+from geohue.compute.labels import check_labels
 from geohue.stereo.warping import check_pair, find_occlusions
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
-from geohue.scene import Scene
 from geohue.stereo.evidence import (
     doubt_disparity,
     looks_swapped,
@@ -120,25 +119,6 @@ class StereoPair:
     def warp(self) -> Warp:
         """Warp the right view to the left one (eq. 18)."""
         return warp_right(self.left, self.right, self.disparity, self.right_disparity)
-
-    def scene(self, views: Views = 2) -> Scene:
-        """Return the left view as a scene.
-
-        Parameters
-        ----------
-        views : {1, 2}
-            Whether the right view's colours take part (eq. 19) or not (eq. 5).
-
-        Returns
-        -------
-        Scene
-        """
-        if views not in (1, 2):
-            raise GeohueError(f"views is {views!r}: expected 1 (left colours only) or 2 (both)")
-        depth, camera = self.depth, self.rig.left
-        second = self.warp().colors if views == 2 else None
-        points = camera.unproject(depth)
-        return Scene(self.left, points, depth, camera, second, self.warnings)
 
     def swapped(self) -> StereoPair:
         """Return the pair with the roles of the views exchanged, to segment the right one.

@@ -15,9 +15,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.adjacency import adjacent_points
+from geohue.compute.parallel import Workers
 from geohue.features import lab_of
-from geohue.parallel import Workers
+from geohue.regions.adjacency import adjacent_points
 from geohue.scene import Scene
 from geohue.weight.likeness import likeness
 from geohue.weight.search import HALF_OCTAVES
@@ -56,7 +56,7 @@ def weight_by_agreement(
 
     Examples
     --------
-    >>> from geohue.parallel import workers
+    >>> from geohue.compute.parallel import workers
     >>> rgb = np.zeros((4, 6, 3), np.uint8)
     >>> rgb[:, 3:] = 255
     >>> scene = Scene.from_rgbd(rgb, np.ones((4, 6)))

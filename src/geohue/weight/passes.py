@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compiled import compiled
+from geohue.compute.compiled import compiled
 
 
 @compiled

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from geohue.parallel import Workers
+from geohue.compute.parallel import Workers
 
 Curve = list[tuple[float, float]]
 """Pairs (lambda, Q) in increasing order of lambda."""
@@ -66,7 +66,7 @@ def search_weight(
 
     Examples
     --------
-    >>> from geohue.parallel import workers
+    >>> from geohue.compute.parallel import workers
     >>> with workers(1) as team:
     ...     weight, curve = search_weight(lambda x: -abs(np.log2(x) - 1.2), team)
     >>> round(weight, 3), len(curve)

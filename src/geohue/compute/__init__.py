@@ -1,0 +1,1 @@
+"""Threads, compiled loops, k-means and arrays: what knows nothing of scenes."""

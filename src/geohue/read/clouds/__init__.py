@@ -1,0 +1,1 @@
+"""Point clouds as files, one format a module; `cloud.py` knows which is which."""

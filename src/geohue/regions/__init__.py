@@ -1,0 +1,1 @@
+"""Sec. III: connected regions of grids and clouds, small ones merged, and what lies beside what."""

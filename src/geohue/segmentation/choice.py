@@ -1,0 +1,157 @@
+"""Sec. III and IV: the number of segments and the weight, chosen on the draft."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.compute.parallel import Workers
+from geohue.consensus import Consensus, find_consensus
+from geohue.errors import GeohueError
+from geohue.features import Cues
+from geohue.ncut.cutter import Cutter
+from geohue.regions.images import merge_small_regions
+from geohue.scene import Scene
+from geohue.segmentation.clusterers import Clusterer
+from geohue.segmentation.presets import WEIGHT_RULES, Preset, WeightRule
+from geohue.weight.agreement import weight_by_agreement
+from geohue.weight.quality import QualityMetric
+from geohue.weight.search import Curve, search_weight
+
+K_LIMIT = 255
+"""Most segments that may be asked for."""
+
+Count = int | Literal["auto"]
+Weight = float | Literal["auto"] | WeightRule
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """Chooses what was not given.
+
+    Attributes
+    ----------
+    splitter : Clusterer
+        The method whose weight is chosen.
+    cutter : Cutter
+        The paper's cut, which chooses the number of segments for every method.
+    scene : Scene
+        The scene, or the part of it that stands for it.
+    draft : (h, w) or (m,) int64
+        The positions in it that are looked at (`Scene.thinning`).
+    settings : Preset
+        The settings.
+    team : Workers
+        Threads to use.
+    """
+
+    splitter: Clusterer
+    cutter: Cutter
+    scene: Scene
+    draft: NDArray[np.int64]
+    settings: Preset
+    team: Workers
+
+    def k(self, k: Count, weight: Weight, cues: Cues) -> int:
+        """Return the number of segments (Sec. III)."""
+        if k != "auto":
+            return k
+        fixed = self._fixed(weight, cues)
+        return self.cutter.choose_k(1.0 if fixed is None or math.isnan(fixed) else fixed)
+
+    def consensus(self, k: Count, weight: Weight, cues: Cues, found: int) -> Consensus | None:
+        """Return what the cuts agree on, None where K or the weight is given or chosen instead.
+
+        `found` is the answer of `k`: 1 says that there is nothing to split.
+        """
+        rule = self.settings.weight_rule if weight == "auto" else weight
+        if rule != "consensus" or k != "auto" or cues != "fusion" or found == 1:
+            return None
+        if self.splitter is not self.cutter:
+            return None
+        if weight == "auto" and not self.scene.is_grid:  # not measured on clouds: on request only
+            return None
+        settings, draft = self.settings, self.scene.take(self.draft)
+        limits = settings.k_max, settings.min_region
+        return find_consensus(self.cutter, draft, *limits, self.team, settings.voters)
+
+    def weight(self, weight: Weight, cues: Cues, k: int) -> tuple[float, Curve]:
+        """Return the weight for `k` segments, and the curve of Q if it was searched (eq. 6-17)."""
+        fixed = self._fixed(weight, cues)
+        if fixed is not None:
+            return fixed, []
+        if k == 1 and self.splitter.uses_k:
+            return 1.0, []
+        small = self.scene.take(self.draft)
+        metric = QualityMetric(small)
+
+        def split(weight: float) -> NDArray[np.int32]:
+            return self.tidied(self.splitter.draft_labels(weight, k), small)
+
+        def score(labels: NDArray[np.int32]) -> float | None:
+            quality = metric(labels)
+            return quality.total if quality else None
+
+        rule = self.settings.weight_rule if weight == "auto" else weight
+        if rule == "quality":
+            steps = self.settings.weights, self.settings.refinements
+            return search_weight(lambda weight: score(split(weight)), self.team, *steps)
+        compared = self.settings.compared  # also for "consensus" where K is given
+        best, maps = weight_by_agreement(split, small, self.team, compared)
+        values = zip(compared, self.team.map(score, maps), strict=True)
+        return best, [(weight, value) for weight, value in values if value is not None]
+
+    def tidied(self, labels: NDArray[np.int32], scene: Scene) -> NDArray[np.int32]:
+        """Let small regions of a grid join their neighbours, unless the method has its own rule."""
+        if self.splitter.prunes or not scene.is_grid:
+            return labels
+        return merge_small_regions(labels, max(1, round(self.settings.min_region * scene.size)))
+
+    def _fixed(self, weight: Weight, cues: Cues) -> float | None:
+        """Return the weight if it need not be searched, NaN if the method has none."""
+        if cues != "fusion":
+            return 0.0 if cues == "color" else math.inf
+        if not self.splitter.uses_weight:
+            return math.nan
+        return None if isinstance(weight, str) else float(weight)
+
+
+def check_arguments(k: Count, weight: Weight, seed: int, method: str) -> None:
+    """Raise `GeohueError` unless these are as `segment` takes them."""
+    if k != "auto" and not (_is_whole(k) and 1 <= k <= K_LIMIT):
+        raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
+    named = ("auto", *WEIGHT_RULES)
+    if weight not in named and not (isinstance(weight, int | float | np.number) and weight >= 0):
+        raise GeohueError(f"weight is {weight!r}: expected {', '.join(named)}, or at least 0")
+    if weight == "consensus" and k != "auto":
+        raise GeohueError(
+            'weight="consensus" finds the number of segments itself: leave k="auto", or choose '
+            'weight="agreement"'
+        )
+    if weight == "consensus" and method != "nncsc":
+        raise GeohueError(f'weight="consensus" is for method "nncsc", not {method!r}')
+    if not (_is_whole(seed) and seed >= 0):
+        raise GeohueError(f"seed is {seed!r}: expected a whole number of at least 0")
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def check_count(n_points: int, k: Count) -> None:
+    """Raise `GeohueError` if there are fewer points than segments."""
+    if k != "auto" and n_points < k:
+        raise GeohueError(f"{n_points} usable point(s) cannot form {k} segments: lower k")
+
+
+def shortfalls(found: int, wanted: int, components: bool) -> list[str]:
+    """Return what the user should know where there are fewer segments than wanted."""
+    if wanted == 1:
+        return ["one segment: nothing to split, and no weight to choose; k=2 or more splits it"]
+    if found < wanted and not components:
+        return [f"{found} segment(s) instead of {wanted}: the others were empty or too small"]
+    return []

@@ -1,0 +1,113 @@
+"""One face for the paper's cut and for every system it is compared with."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.baselines import BASELINES, Baseline
+from geohue.compute.parallel import Workers
+from geohue.errors import GeohueError
+from geohue.features import Features
+from geohue.ncut.cutter import Cutter
+from geohue.scene import Scene
+
+METHODS = ("nncsc", *BASELINES)
+"""Normalized cuts with the Nystrom method (the paper's), and the compared systems."""
+
+
+class Clusterer(Protocol):
+    """What splits a scene, for a weight and a number of segments."""
+
+    @property
+    def uses_weight(self) -> bool:
+        """Whether the weight of geometry against colour counts."""
+
+    @property
+    def uses_k(self) -> bool:
+        """Whether the number of segments is given to it."""
+
+    @property
+    def prunes(self) -> bool:
+        """Whether it has a rule of its own for small regions."""
+
+    def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
+        """Split the draft on which the weight is chosen."""
+
+    def labels(self, weight: float, k: int) -> NDArray[np.int32]:
+        """Split the scene."""
+
+
+class BaselineClusterer:
+    """A compared system, on the same vectors and the same draft as the paper's cut."""
+
+    def __init__(
+        self,
+        baseline: Baseline,
+        scene: Scene,
+        features: Features,
+        positions: NDArray[np.int64],
+        workers: Workers,
+        seed: int,
+    ) -> None:
+        self._baseline = baseline
+        self._whole = scene, features
+        self._draft = scene.take(positions), features.at(positions)
+        self._workers = workers
+        self._seed = seed
+
+    @property
+    def uses_weight(self) -> bool:
+        """Whether the weight of geometry against colour counts."""
+        return self._baseline.uses_weight
+
+    @property
+    def uses_k(self) -> bool:
+        """Whether the number of segments is given to it."""
+        return self._baseline.uses_k
+
+    @property
+    def prunes(self) -> bool:
+        """Whether it has a rule of its own for small regions."""
+        return self._baseline.prunes
+
+    def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
+        """Split the draft on which the weight is chosen."""
+        return self._baseline.run(*self._draft, weight, k, self._seed, Workers(None))
+
+    def labels(self, weight: float, k: int) -> NDArray[np.int32]:
+        """Split the scene."""
+        return self._baseline.run(*self._whole, weight, k, self._seed, self._workers)
+
+
+def make_clusterer(
+    method: str,
+    cutter: Cutter,
+    scene: Scene,
+    features: Features,
+    positions: NDArray[np.int64],
+    workers: Workers,
+    seed: int,
+) -> Clusterer:
+    """Return the clusterer of a method; the cutter itself for the paper's."""
+    if method == "nncsc":
+        return cutter
+    return BaselineClusterer(BASELINES[method], scene, features, positions, workers, seed)
+
+
+def check_method(method: str, cues: str, is_grid: bool) -> None:
+    """Raise `GeohueError` unless the method exists and is defined for these cues and this scene."""
+    if method not in METHODS:
+        raise GeohueError(f"method {method!r}: choose one of {', '.join(METHODS)}")
+    if method == "nncsc":
+        return
+    baseline = BASELINES[method]
+    if cues in ("fusion", "color", "geometry") and cues not in baseline.cues:
+        raise GeohueError(
+            f"method {method!r} is not defined for cues {cues!r}: "
+            f"choose {' or '.join(map(repr, baseline.cues))}"
+        )
+    if baseline.needs_grid and not is_grid:
+        raise GeohueError(f"method {method!r} needs a grid of pixels: this scene is a cloud")

@@ -1,0 +1,1 @@
+"""Many runs: comparisons, benchmarks, batches, and the registration of files."""

@@ -1,0 +1,77 @@
+"""What is the same for all frames of a batch."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from geohue.errors import GeohueError
+from geohue.features import CUES, Cues
+from geohue.results.outputs import FORMATS
+from geohue.scene import Scene
+from geohue.segmentation.choice import Weight, check_arguments
+from geohue.segmentation.clusterers import check_method
+from geohue.segmentation.driver import segment
+from geohue.segmentation.presets import preset_named
+from geohue.segmentation.result import Segmentation
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Arguments of `geohue.segment` and of `geohue.results.outputs.write_results`.
+
+    Raises
+    ------
+    GeohueError
+        For a value that no frame could be segmented with.
+
+    Examples
+    --------
+    >>> Settings(k=0)
+    Traceback (most recent call last):
+    geohue.errors.GeohueError: k is 0: expected "auto" or a whole number from 1 to 255
+    """
+
+    k: int | Literal["auto"] = "auto"
+    weight: Weight = "auto"
+    preset: str = "paper"
+    cues: Cues = "fusion"
+    method: str = "nncsc"
+    seed: int = 0
+    components: bool = False
+    fill: bool = True
+    formats: tuple[str, ...] = ()
+    lean: bool = False
+
+    def __post_init__(self) -> None:
+        # Seen here, a mistake is one line; seen by `segment`, it would be one a frame.
+        preset_named(self.preset)
+        _choose("cues", self.cues, CUES)
+        check_method(self.method, self.cues, is_grid=True)
+        for name in self.formats:
+            _choose("format", name, FORMATS)
+        check_arguments(self.k, self.weight, self.seed, self.method)
+
+    def segment(self, scene: Scene) -> Segmentation:
+        """Segment a scene with one thread."""
+        return segment(
+            scene,
+            self.k,
+            self.weight,
+            self.preset,
+            self.cues,
+            self.method,
+            self.seed,
+            components=self.components,
+            fill=self.fill,
+            threads=1,
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the settings ready for JSON."""
+        return asdict(self)
+
+
+def _choose(what: str, given: str, known: tuple[str, ...]) -> None:
+    if given not in known:
+        raise GeohueError(f"{what} {given!r}: choose among {', '.join(known)}")

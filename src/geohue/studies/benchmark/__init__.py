@@ -1,0 +1,1 @@
+"""Segmentations of whole folders, measured against their true labels."""

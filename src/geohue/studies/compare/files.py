@@ -1,0 +1,102 @@
+"""A comparison as files: the plate, the page, the tables and the labels."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.results.atomic import atomic_write
+from geohue.results.png import write_png
+from geohue.scene import Scene
+from geohue.studies.compare.page import page
+
+if TYPE_CHECKING:
+    from geohue.studies.compare import Comparison
+
+LABELS = "labels"
+
+
+def write_comparison(
+    folder: str | Path,
+    scene: Scene,
+    comparison: Comparison,
+    truth: NDArray[np.integer] | None = None,
+    title: str = "Comparison",
+) -> list[Path]:
+    """Write a comparison.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if it does not exist; files of an earlier run are replaced, each in one step.
+    scene : Scene
+        What was compared.
+    comparison : Comparison
+        By `geohue.studies.compare.compare`.
+    truth : integer, shape of the scene, optional
+        True labels, 0 for none.
+    title : str
+        Of the page.
+
+    Returns
+    -------
+    list of Path
+        ``labels/METHOD-CUES.png`` for each cell that is done (as ``labels.png`` of a segmentation;
+        ``.npy`` for a cloud), ``plate.png``, ``compare.html`` with its pictures inside,
+        ``compare.csv`` and, last, ``compare.json``.
+
+    Raises
+    ------
+    GeohueError
+        If the folder cannot be written to.
+    """
+    from geohue.studies.compare.plate import arrange
+    from geohue.studies.compare.views import cell_views, input_views, reference_of
+
+    target = Path(folder)
+    files = _write_labels(target / LABELS, scene, comparison)
+    inputs = input_views(scene, truth, reference_of(comparison))
+    cells = cell_views(scene, comparison)
+    files.append(target / "plate.png")
+    write_png(files[-1], arrange(inputs, cells, comparison))
+    summary = json.dumps(comparison.summary(), indent=2) + "\n"
+    for name, text in (
+        ("compare.html", page(title, inputs, cells, comparison)),
+        ("compare.csv", table(comparison)),
+        ("compare.json", summary),
+    ):
+        files.append(target / name)
+        with atomic_write(files[-1]) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="")
+    return files
+
+
+def table(comparison: Comparison) -> str:
+    """Return the cells as CSV, a line each; what is not known is empty."""
+    text = io.StringIO()
+    rows = [result.row() for result in comparison.results]
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(row | {"warnings": "; ".join(row["warnings"])} for row in rows)
+    return text.getvalue()
+
+
+def _write_labels(folder: Path, scene: Scene, comparison: Comparison) -> list[Path]:
+    files = []
+    for result in comparison.results:
+        if result.labels is None:
+            continue
+        if scene.is_grid and int(result.labels.max()) < np.iinfo(np.uint16).max:
+            files.append(folder / f"{result.cell.name}.png")
+            write_png(files[-1], (result.labels + 1).astype(np.uint16))
+        else:
+            files.append(folder / f"{result.cell.name}.npy")
+            with atomic_write(files[-1]) as temporary:
+                np.save(temporary, result.labels)
+    return files

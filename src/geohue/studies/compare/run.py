@@ -1,0 +1,180 @@
+"""Run the cells of a plate on a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from time import process_time
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.compute.parallel import cores, workers
+from geohue.errors import GeohueError
+from geohue.features import CUES, extract_features
+from geohue.ncut.cutter import Cutter
+from geohue.scene import Scene
+from geohue.segmentation.choice import K_LIMIT
+from geohue.segmentation.clusterers import METHODS, check_method
+from geohue.segmentation.driver import segment
+from geohue.segmentation.presets import preset_named
+from geohue.segmentation.result import Segmentation
+from geohue.studies.compare.cells import Cell, Comparison, Result, plan
+from geohue.studies.compare.crew import run_crew
+
+Progress = Callable[[int, int, Result], None]
+"""Called with the number of cells done, their number in all, and the last one."""
+
+TIMEOUT = 600.0
+"""Seconds that a cell may take."""
+
+_MOST_PROCESSES = 4  # each has a copy of the scene
+_REHEARSAL = 600  # points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """What all cells have in common."""
+
+    scene: Scene
+    truth: NDArray[np.integer] | None
+    k: int
+    preset: str
+    seed: int
+
+
+def compare(
+    scene: Scene,
+    methods: Sequence[str] = METHODS,
+    cues: Sequence[str] = CUES,
+    k: int | Literal["auto"] = "auto",
+    *,
+    truth: NDArray[np.integer] | None = None,
+    preset: str = "paper",
+    seed: int = 0,
+    processes: int | None = None,
+    timeout: float = TIMEOUT,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Segment a scene by every method on every cue.
+
+    Parameters
+    ----------
+    scene : Scene
+    methods : sequence of str
+        The rows of the plate (`geohue.segment`).
+    cues : sequence of {"fusion", "color", "geometry"}
+        Its columns.
+    k : int or "auto"
+        Number of segments for the methods that are told it; "auto" is chosen once, by the
+        proposed method on colour and geometry alike, and the same for all.
+    truth : (H, W) or (N,) integer, optional
+        True labels, 0 for none: adds VoI, RI and the other measures.
+    preset : str
+        Settings of the proposed method and of what all share (`geohue.segment`).
+    seed : int
+        The source of chance.
+    processes : int, optional
+        How many cells at a time, each in a process with one thread; by default one a core, at
+        most four.
+    timeout : float
+        Seconds for one cell, after which it has failed.
+    progress : callable, optional
+        Called after each cell.
+
+    Returns
+    -------
+    Comparison
+        A method that fails, dies or takes too long is a failed cell; the others are not affected.
+
+    Raises
+    ------
+    GeohueError
+        For a bad argument, or a scene on which K cannot be chosen.
+
+    Notes
+    -----
+    Processes are spawned: a script must call this below ``if __name__ == "__main__":``.
+    """
+    cells = plan(methods, cues)
+    _check(scene, k, truth, preset, processes, timeout)
+    chosen = choose_count(scene, preset, seed) if k == "auto" else k
+    found = {cell: result for cell in cells if (result := _undefined(cell, scene)) is not None}
+    todo = [cell for cell in cells if cell not in found]
+    if not todo:
+        raise GeohueError(next(iter(found.values())).reason)
+    work = partial(run_cell, Task(scene, truth, chosen, preset, seed))
+    crew = min(processes or min(cores(), _MOST_PROCESSES), len(todo))
+    for count, outcome in enumerate(run_crew(work, todo, crew, timeout), start=1):
+        cell = outcome.job
+        found[cell] = outcome.answer or Result(cell, "failed", outcome.error or "no answer")
+        if progress is not None:
+            progress(count, len(todo), found[cell])
+    results = tuple(found[cell] for cell in cells)
+    return Comparison(results, chosen, k == "auto", preset, seed, scene.warnings)
+
+
+def run_cell(task: Task, cell: Cell) -> Result:
+    """Segment the scene of a task by one cell, with one thread."""
+    scene = task.scene
+    # A rehearsal on a few points loads libraries and compiles, so that it is not in the time.
+    with suppress(Exception):
+        _segment(task, scene.take(scene.thinning(_REHEARSAL, np.random.default_rng(0))), cell)
+    start = process_time()
+    seg = _segment(task, scene, cell)
+    seconds = process_time() - start
+    scores: Mapping[str, float] = {}
+    if task.truth is not None:
+        from geohue.measures import evaluate
+
+        scores = evaluate(seg.labels, task.truth)
+    return Result.of(cell, seg, seconds, scores, scene.warnings)
+
+
+def _segment(task: Task, scene: Scene, cell: Cell) -> Segmentation:
+    return segment(scene, task.k, "auto", task.preset, cell.cues, cell.method, task.seed, threads=1)
+
+
+def choose_count(scene: Scene, preset: str = "paper", seed: int = 0) -> int:
+    """Choose K as the proposed method does: on the draft, colour and geometry alike."""
+    settings = preset_named(preset)
+    fused = bool(scene.valid.any())
+    with workers() as team:
+        features = extract_features(scene, "fusion" if fused else "color")
+        draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
+        cutter = Cutter(features, draft, settings, team, seed, settings.k_max)
+        return cutter.choose_k(1.0 if fused else 0.0)
+
+
+def _undefined(cell: Cell, scene: Scene) -> Result | None:
+    try:
+        check_method(cell.method, cell.cues, scene.is_grid)
+    except GeohueError as error:
+        return Result(cell, "undefined", str(error))
+    return None
+
+
+def _check(
+    scene: Scene,
+    k: int | Literal["auto"],
+    truth: NDArray[np.integer] | None,
+    preset: str,
+    processes: int | None,
+    timeout: float,
+) -> None:
+    preset_named(preset)
+    if k != "auto" and not 1 <= k <= K_LIMIT:
+        raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
+    if truth is not None and truth.shape != scene.shape:
+        raise GeohueError(
+            f"the ground truth has shape {truth.shape}, the scene {scene.shape}: "
+            "give labels of the same frame"
+        )
+    if processes is not None and processes < 1:
+        raise GeohueError(f"processes is {processes}: expected at least 1")
+    if not 0 < timeout < math.inf:
+        raise GeohueError(f"timeout is {timeout:g}: expected a positive number of seconds")

@@ -1,0 +1,88 @@
+"""What is compiled on a first run, and what is said of it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numba
+import pytest
+from numba.core.caching import CacheImpl
+
+import geohue.compute.compiled
+from geohue import GeohueWarning
+from geohue.cli.app import run
+from geohue.compute import first_run
+from geohue.segmentation import warm
+
+
+def test_compiling_is_told_once() -> None:
+    told: list[str] = []
+    with first_run.on_compile(lambda: told.append("now")):
+        assert numba.njit(lambda x: x + 1)(1) == 2
+        assert numba.njit(lambda x: x + 2)(1) == 3
+    numba.njit(lambda x: x + 3)(1)
+    assert told == ["now"]
+
+
+def test_a_loop_that_is_there_is_not_told_of() -> None:
+    add = numba.njit(lambda x: x + 1)
+    add(1)
+    with first_run.on_compile(lambda: pytest.fail("nothing is compiled")):
+        assert add(2) == 3
+
+
+def test_without_a_folder_to_keep_loops_they_work_and_the_mend_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(CacheImpl, "_locator_classes", [])
+    with pytest.warns(GeohueWarning, match="set NUMBA_CACHE_DIR"):
+        add = geohue.compute.compiled.vectorized(_add)
+    assert add(1.0) == 2.0
+
+
+def _add(x: float) -> float:
+    return x + 1
+
+
+def test_the_command_line_says_so_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def compile_all() -> None:
+        first_run.announce()
+        first_run.announce()
+
+    monkeypatch.setattr(warm, "compile_all", compile_all)
+    assert run(["warm"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.startswith("all loops are compiled")
+    assert len(captured.err.splitlines()) == 1
+    assert "compiling" in captured.err
+
+
+def test_warming_up_leaves_nothing_to_compile() -> None:
+    code = """
+import gc, numba, numpy as np, geohue
+from geohue.baselines import BASELINES
+from geohue.datasets import load_sample
+from geohue.segmentation.warm import compile_all
+
+def signatures():
+    return {(d.__module__, d.__name__, str(s)) for d in gc.get_objects()
+            if isinstance(d, numba.core.dispatcher.Dispatcher) and d.__module__.startswith("geohue")
+            for s in d.signatures}
+
+compile_all()
+warm = signatures()
+scene = load_sample("motorcycle")
+for preset in geohue.PRESETS:
+    geohue.segment(scene.take(np.arange(scene.size).reshape(scene.shape)[::4, ::4]), preset=preset)
+    geohue.segment(geohue.Scene.from_cloud(scene.points[::9, ::9].reshape(-1, 3),
+                                           scene.colors[::9, ::9].reshape(-1, 3)), preset=preset)
+for method, baseline in BASELINES.items():
+    geohue.segment(scene.take(np.arange(scene.size).reshape(scene.shape)[::9, ::9]), k=3,
+                   method=method, cues=baseline.cues[0])
+print(len(warm) > 10, sorted(signatures() - warm))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True []"
