@@ -15,7 +15,7 @@ from geohue.scene import Scene
 SLIM_LIMB = 3.0
 """A limb so many times as long as it is wide is slim."""
 
-LEAST_SLIM = 0.5
+LEAST_SLIM = 0.4
 """Least share of the points in slim limbs."""
 
 LEAST_AGAIN = 0.6

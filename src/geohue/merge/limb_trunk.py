@@ -22,6 +22,9 @@ BESIDE = 0.75
 STUMP_LENGTH = 0.3
 """Longest stump, as a share of the distance from the centre to the farthest tip."""
 
+STUMP_THICK = 1.5
+"""Widths of a limb from which on a stump may be of any length: the foot of a tree."""
+
 STUMP_WIDTH = 0.5
 """Least width of a stump, in widths of a limb."""
 
@@ -46,12 +49,16 @@ class Paths:
 
     @classmethod
     def to_root(cls, owner: Places, reach: Floats, before: Places) -> Paths:
-        """Follow `before`, the next point towards the root, from each limb's nearest point."""
+        """Follow `before`, the next point towards the root, from each limb's nearest point.
+
+        The limb that begins nearest to the root comes last: a point on two paths is its.
+        """
         order = np.lexsort((reach, owner))
         order = order[owner[order] >= 0]
         _, first = np.unique(owner[order], return_index=True)
+        mouths = order[first]
         points, limbs = [], []
-        for mouth in order[first]:
+        for mouth in mouths[np.argsort(-reach[mouths], kind="stable")]:
             at = before[mouth]
             while at >= 0:
                 if owner[at] < 0:
@@ -77,7 +84,8 @@ def find_trunk(surface: Surface, owner: Places, reach: Floats, before: Places) -
 
     Limbs that touch are closed where they do, far out, and what lies further in is core. But each
     has its own path inwards: a path is trunk where `TOGETHER` limbs have one within `BESIDE`
-    widths of it. Every point of the core then goes to the nearest path or limb.
+    widths of it. Every point of the core then goes to the nearest path or limb. A path may take a
+    short cut through the limb beside it: then the inner end of its own goes half to the other.
 
     Paths lead to the end of the stump (`find_stump`) if there is one, so that a stem carries all
     its leaves along its whole length; else to the centre.
@@ -122,14 +130,16 @@ def find_trunk(surface: Surface, owner: Places, reach: Floats, before: Places) -
 def find_stump(points: Floats, owner: Places, reach: Floats, paths: Paths, spans: Spans) -> int:
     """Find the limb that is the trunk's own end, -1 for none.
 
-    The centre divides a stem, so that its lower end comes out as a limb. It is short, no thinner
-    than a limb, and goes straight on from the trunk; the shortest that is all of this is taken.
+    The centre divides a stem, so that its lower end comes out as a limb. It is short or clearly
+    thicker than a limb, not much thinner in any case, and goes straight on from the trunk; the
+    shortest that is all of this is taken.
     """
     usual = float(np.median(spans.widths))
     short = spans.lengths <= STUMP_LENGTH * reach.max()
+    sturdy = spans.widths >= np.where(short, STUMP_WIDTH, STUMP_THICK) * usual
     for limb in np.argsort(spans.lengths, kind="stable"):
         inwards = paths.points[paths.limbs == limb]
-        if not short[limb] or spans.widths[limb] < STUMP_WIDTH * usual or len(inwards) == 0:
+        if not sturdy[limb] or len(inwards) == 0:
             continue
         inside = np.flatnonzero(owner == limb)
         mouth = points[inside[reach[inside] <= spans.nearest[limb] + usual / 2]].mean(axis=0)

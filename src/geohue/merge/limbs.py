@@ -33,8 +33,8 @@ SLIM = 1.0
 FEWEST = 3
 """Limbs of a thing that branches; with two it is bent at most."""
 
-ENDS = 12
-"""Points far from each other from which the centre is found."""
+ENDS = 11
+"""Points far from each other from which the centre is found. Odd: no two points are as good."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
