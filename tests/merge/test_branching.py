@@ -45,6 +45,12 @@ def test_scenes_do_not_pass(name: str, seed: int) -> None:
     assert not passes(scene_of(branching_cloud(name, 5000, seed)[0]))
 
 
+@pytest.mark.parametrize("seed", range(20, 23))
+@pytest.mark.parametrize("name", ["animal", "hand"])
+def test_what_has_stout_limbs_does_not_pass(name: str, seed: int) -> None:
+    assert not passes(scene_of(branching_cloud(name, 5000, seed)[0]))
+
+
 def test_both_kinds_of_evidence_are_needed() -> None:
     assert Evidence(LEAST_SLIM, LEAST_AGAIN).is_branching
     assert not Evidence(LEAST_SLIM - 0.01, 1.0).is_branching

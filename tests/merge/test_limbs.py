@@ -72,6 +72,16 @@ def test_the_foot_of_the_stem_is_no_limb() -> None:
     assert set(foot.tolist()) == set(middle.tolist())
 
 
+def test_the_thick_foot_of_a_tree_is_no_limb() -> None:
+    found = []
+    for seed in range(6):
+        points, truth = branching_cloud("tree", 6000, seed)
+        limbs = find_limbs(points, *near_pairs(points))
+        foot = (truth == 0) & (points[:, 2] < 1)
+        found.append(limbs.trunk[limbs.labels[foot]].mean())
+    assert np.mean(found) > 0.6
+
+
 def test_leaves_that_touch_on_their_way_are_told_apart_to_the_stem() -> None:
     """Two leaves side by side touch half-way; further in they are two all the same."""
     leaves = [(2, 18, 3), (2, 32, 3), (2, 46, 3), (2, 50, 3), (-2, 25, -3), (-2, 60, -3)]
