@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,10 +58,34 @@ def merge_draft(
     """
     evidence, blurred = _evidence(graph, features, cuts)
     regions = _begin(evidence, blurred, least)
-    weights = constants(_share(features.cues, evidence, regions), features.cues)
-    merges, scores = merge_all(tabulate(evidence, regions), weights)
-    tree = MergeTree(int(regions.max(initial=-1)) + 1, merges, scores)
+    tree = _tree(evidence, regions, features.cues)
     return regions.reshape(graph.draft.shape), tree
+
+
+def merge_limbs(graph: PairGraph, features: Features, limbs: Labels) -> MergeTree:
+    """Return the tree over the limbs of a branching cloud.
+
+    Parameters
+    ----------
+    graph : PairGraph
+        The points and their neighbours.
+    features : Features
+        Of the draft.
+    limbs : (m,) int32
+        Its limbs (`find_branches`), which all stay apart below the threshold 0.
+
+    Returns
+    -------
+    MergeTree
+    """
+    tree = _tree(_evidence(graph, features, [])[0], limbs, features.cues)
+    return replace(tree, scores=np.maximum(tree.scores, 0.0))
+
+
+def _tree(evidence: Evidence, regions: Labels, cues: Cues) -> MergeTree:
+    weights = constants(_share(cues, evidence, regions), cues)
+    merges, scores = merge_all(tabulate(evidence, regions), weights)
+    return MergeTree(int(regions.max(initial=-1)) + 1, merges, scores)
 
 
 def _begin(evidence: Evidence, lab: Floats, least: int) -> Labels:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from geohue.compute.parallel import Workers
 from geohue.errors import GeohueError
 from geohue.features import Cues
+from geohue.merge.branching import find_branches
 from geohue.merge.carry import carry
-from geohue.merge.draft import merge_draft
+from geohue.merge.draft import merge_draft, merge_limbs
 from geohue.merge.levels import Detail, Levels, threshold_of
 from geohue.ncut.cutter import Cutter
 from geohue.regions.graph import PairGraph
@@ -59,6 +60,8 @@ def merge_scene(
 ) -> Merged:
     """Let many cuts vote, merge fine regions on all the evidence, and draw their borders.
 
+    A cloud of thin branching parts falls into its limbs instead.
+
     Parameters
     ----------
     scene : Scene
@@ -83,16 +86,34 @@ def merge_scene(
     -------
     Merged
     """
+    graph = PairGraph.of(scene.take(draft), settings.min_region)
+    with clock.stage("limbs"):
+        regions = _limbs(graph, k)
+        by_limbs = regions is not None
     with clock.stage("cuts"):
-        graph = PairGraph.of(scene.take(draft), settings.min_region)
-        weights, cuts = _votes(cutter, graph, settings, team)
+        weights, cuts = ([], []) if by_limbs else _votes(cutter, graph, settings, team)
     with clock.stage("merge"):
-        regions, tree = merge_draft(graph, cutter.draft, cuts, k or 1)
+        if regions is None:
+            regions, tree = merge_draft(graph, cutter.draft, cuts, k or 1)
+        else:
+            tree = merge_limbs(graph, cutter.draft, regions)
         chosen = tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
-        weight = _most_like(chosen[regions], weights, cuts)
+        weight = np.inf if by_limbs else _most_like(chosen[regions], weights, cuts)
     with clock.stage("borders"):
         full = carry(regions, chosen, draft, scene, team)
     return Merged(Levels(full, tree), chosen, weight)
+
+
+def _limbs(graph: PairGraph, k: int | None) -> Labels | None:
+    """The limbs of a cloud of thin branching parts, unless more segments are asked for."""
+    if graph.draft.is_grid:
+        return None
+    points = graph.draft.points.astype(np.float64)
+    away = points[graph.other] - points[graph.one]
+    length = np.sqrt((away**2).sum(axis=1))
+    spacing = float(np.median(length[length > 0])) if (length > 0).any() else 0.0
+    limbs = find_branches(points, graph.one, graph.other, spacing)
+    return limbs if limbs is not None and (k is None or k <= limbs.max() + 1) else None
 
 
 def _votes(
