@@ -107,7 +107,7 @@ def _evidence(
 ) -> tuple[Evidence, Floats]:
     """Gather what the merging goes by, and the colours that regions are begun with."""
     draft = graph.draft
-    one, other, far = graph.close_pairs(FAR)
+    one, other, far = graph.close_pairs(FAR, SMALLEST)
     lab = lab_of(draft.colors).astype(np.float64)
     if features.cues == "geometry":
         lab[:] = 0

@@ -90,12 +90,12 @@ class PairGraph:
         return merge_small_groups(labels, *pairs, self.draft.points, self.smallest)
 
     def close_pairs(
-        self, far: float
+        self, far: float, least: int
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """Divide the pairs into those that may lie in one thing and links across a distance.
 
         A link between pieces of a cloud is close where it is shorter than `far` median distances of
-        neighbours, or where one of the pieces is too small to be a thing of its own.
+        neighbours, or where one of the pieces has fewer than `least` points: too few for a thing.
 
         Returns
         -------
@@ -112,7 +112,7 @@ class PairGraph:
         close = beside | (length < far * np.median(length[beside]))
         everywhere = np.zeros(self.draft.size, np.int32)
         piece = connected_groups(everywhere, self.one[close], self.other[close])
-        small = np.bincount(piece)[piece] < self.smallest
+        small = np.bincount(piece)[piece] < least
         close |= small[self.one] | small[self.other]
         distant = np.stack([self.one[~close], self.other[~close]], axis=1)
         order = np.argsort(length[~close], kind="stable")

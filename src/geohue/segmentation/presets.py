@@ -25,7 +25,7 @@ Fill = Literal["appendix", "watershed"]
 WeightRule = Literal["quality", "agreement", "consensus", "merge"]
 WEIGHT_RULES: tuple[WeightRule, ...] = get_args(WeightRule)
 
-ONE_CUE = range(3, 47, 2)
+ONE_CUE = range(2, 47)
 """Numbers of segments of the cuts that vote where colour or geometry takes part alone."""
 
 
