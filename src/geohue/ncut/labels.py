@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
-
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
@@ -11,9 +9,7 @@ from numpy.typing import NDArray
 from geohue.compute.arrays import Floats
 from geohue.compute.lloyd import lloyd, spread_seeds
 from geohue.errors import GeohueError
-
-Labelling = Literal["kmeans", "rotation", "qr"]
-LABELLINGS: tuple[Labelling, ...] = get_args(Labelling)
+from geohue.settings.cut import LABELLINGS, Labelling
 
 
 def find_centers(

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from geohue.compute.arrays import Floats
 from geohue.compute.parallel import Workers
-from geohue.ncut.affinity import SCALE, affinity
+from geohue.ncut.affinity import affinity
 from geohue.ncut.kernel import Kernel
+from geohue.settings.cut import SCALE
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from geohue.compute.labels import relabel
 from geohue.compute.parallel import workers
 from geohue.consensus import spread
 from geohue.errors import GeohueError
-from geohue.features import Cues, extract_features, lab_of
-from geohue.fill import fill_labels
-from geohue.fill.flood import flood_labels
+from geohue.fill.gaps import fill_gaps
 from geohue.fill.unseen import label_unseen
 from geohue.ncut.cutter import Cutter
+from geohue.prepared import prepare_scene
 from geohue.regions.images import connected_components
 from geohue.scene import Scene
 from geohue.segmentation.choice import (
-    Choice,
+    Chooser,
     Count,
     Weight,
     check_arguments,
@@ -25,8 +21,8 @@ from geohue.segmentation.choice import (
     shortfalls,
 )
 from geohue.segmentation.clusterers import check_method, make_clusterer
-from geohue.segmentation.presets import Preset, preset_named
 from geohue.segmentation.result import Progress, Segmentation, StageClock
+from geohue.settings import PAPER_METHOD, Preset, preset_named
 from geohue.weight.quality import QualityMetric
 
 
@@ -35,8 +31,8 @@ def segment(
     k: Count = "auto",
     weight: Weight = "auto",
     preset: str | Preset = "paper",
-    cues: Cues = "fusion",
-    method: str = "nncsc",
+    cues: str = "fusion",
+    method: str = PAPER_METHOD,
     seed: int = 0,
     *,
     components: bool = False,
@@ -62,7 +58,7 @@ def segment(
     preset : {"paper", "fast", "best"} or Preset
         The settings.
     cues : {"fusion", "color", "geometry"}
-        What to go by.
+        What to go by; cues of `geohue.features.register_cue` are added after a plus sign.
     method : str
         "nncsc", the paper's normalized cut, or a compared system of `geohue.baselines`: kmeans,
         meanshift, felzenszwalb, edison, bleiweiss-werman, calderero-marques. Some of these find
@@ -90,6 +86,7 @@ def segment(
 
     Examples
     --------
+    >>> import numpy as np
     >>> rgb = np.zeros((40, 60, 3), np.uint8)
     >>> rgb[:, 30:] = (200, 60, 40)
     >>> depth = np.where(np.arange(60) < 30, 1.0, 2.0)[None].repeat(40, 0)
@@ -102,39 +99,33 @@ def segment(
     if components and not scene.is_grid:
         raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
     check_method(method, cues, scene.is_grid)
-    notes = list(scene.warnings)
     with workers(threads) as team:
         with clock.stage("features"):  # Sec. II: eq. 1-5
-            features = extract_features(scene, cues)
-            notes += features.notes
-            draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
-            most = settings.k_max if k == "auto" else k
-            check_count(len(features), k)
-            cutter = Cutter(features, draft, settings, team, seed, most)
-            splitter = make_clusterer(method, cutter, scene, features, draft, team, seed)
-            choice = Choice(splitter, cutter, scene, draft, settings, team)
+            prepared = prepare_scene(scene, settings, cues, seed, team)
+            check_count(len(prepared.features), k)
+            cutter = Cutter(prepared, settings.cut.k_max if k == "auto" else k)
+            splitter = make_clusterer(method, cutter, prepared)
+            chooser = Chooser(prepared, splitter, cutter)
         with clock.stage("k"):  # Sec. III: how many segments
-            n = choice.k(k, weight, cues)
+            n = chooser.k(k, weight)
         with clock.stage("weight"):  # Sec. IV: eq. 6-17
-            agreed = choice.consensus(k, weight, cues, n)
-            lam, curve = (agreed.weight, []) if agreed else choice.weight(weight, cues, n)
+            agreed = chooser.consensus(k, weight, n)
+            lam, curve = (agreed.weight, []) if agreed else chooser.weight(weight, n)
         with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
-            if agreed:
-                labels = spread(agreed.labels, draft, scene, features, team)
-            else:
-                labels = splitter.labels(lam, n)
+            labels = spread(agreed.labels, prepared) if agreed else splitter.labels(lam, n)
         with clock.stage("refine"):  # Sec. III: small regions, on grids
-            labels = choice.tidied(labels, scene)
+            labels = chooser.tidied(labels, scene)
         with clock.stage("quality"):  # eq. 17
             score = QualityMetric(scene)(labels)
         with clock.stage("fill"):  # Appendix: pixels without depth, on grids
-            if fill and scene.is_grid and not (labels >= 0).all():
-                labels = _filled(labels, scene, settings)
+            if fill:
+                labels = fill_gaps(labels, prepared)
             labels = label_unseen(labels, scene)  # Sec. VI-A: points that no camera sees
         if components:
             labels = connected_components(labels)
         labels, _ = relabel(labels)
     found = int(labels.max()) + 1
+    notes = [*scene.warnings, *prepared.features.notes]
     if splitter.uses_k:
         notes += shortfalls(found, found if agreed else n, components)
     return Segmentation(
@@ -150,9 +141,3 @@ def segment(
         clock.timings(),
         tuple(notes),
     )
-
-
-def _filled(labels: NDArray[np.int32], scene: Scene, settings: Preset) -> NDArray[np.int32]:
-    if settings.fill == "watershed":
-        return flood_labels(labels, scene.colors)
-    return fill_labels(labels, lab_of(scene.colors))
