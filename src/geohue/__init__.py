@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.driver import segment
     from geohue.errors import GeohueError, GeohueWarning
+    from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
     from geohue.large import segment_file
     from geohue.presets import PRESETS, Preset
     from geohue.scene import Scene
@@ -27,6 +28,7 @@ _HOMES = {
     "GeohueError": "geohue.errors",
     "GeohueWarning": "geohue.errors",
     "Intrinsics": "geohue.camera",
+    "NystromNormalizedCut": "geohue.estimator",  # not in __all__: it needs the extra sklearn
     "PRESETS": "geohue.presets",
     "Preset": "geohue.presets",
     "Scene": "geohue.scene",
