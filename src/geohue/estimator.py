@@ -20,7 +20,7 @@ try:
         TransformerMixin,
     )
     from sklearn.utils import check_random_state
-    from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
+    from sklearn.utils.validation import check_is_fitted, validate_data
 except ImportError as error:
     raise GeohueError(
         "NystromNormalizedCut needs scikit-learn 1.6 or newer: pip install 'geohue[sklearn]'"
@@ -204,7 +204,7 @@ class NystromNormalizedCut(
             If X is no table of finite real numbers.
         """
         rows = Streamed(X, chunk_rows)
-        first = validate_data(self, rows[:1], dtype=[np.float64, np.float32])
+        first = validate_data(self, rows[0:1], dtype=[np.float64, np.float32])
         return self._fit(rows, sample_weight, first.dtype)
 
     def predict(self, X: ArrayLike) -> NDArray[np.int32]:
@@ -241,7 +241,7 @@ class NystromNormalizedCut(
         self, rows: Rows, sample_weight: ArrayLike | None, dtype: np.dtype[Any]
     ) -> NystromNormalizedCut:
         settings = self._settings(len(rows))
-        weights = _weights(sample_weight, rows)
+        weights = _weights(sample_weight, len(rows))
         seed = int(check_random_state(self.random_state).randint(2**31 - 1))
         with workers(effective_n_jobs(self.n_jobs)) as team:
             model = fit_spectral(rows, weights, settings, seed, team)
@@ -295,14 +295,16 @@ def _whole(name: str, value: object) -> int:
     return int(value)
 
 
-def _weights(sample_weight: ArrayLike | None, rows: Rows) -> NDArray[np.float64] | None:
+def _weights(sample_weight: ArrayLike | None, n_rows: int) -> NDArray[np.float64] | None:
     if sample_weight is None:
         return None
-    weights: NDArray[np.float64] = _check_sample_weight(sample_weight, rows, dtype=np.float64)
-    if weights.min() < 0:
-        raise GeohueError("sample_weight has negative numbers: a row counts 0 times or more")
+    weights = np.array(sample_weight, np.float64)
+    if weights.shape != (n_rows,):
+        raise GeohueError(f"sample_weight has shape {weights.shape}: expected ({n_rows},)")
+    if not (np.isfinite(weights) & (weights >= 0)).all():
+        raise GeohueError("sample_weight: expected finite numbers, none of them negative")
     if not weights.any():
-        raise GeohueError("the weights are all zero: at least one row must count")
+        raise GeohueError("sample_weight is zero everywhere: at least one row must count")
     return weights
 
 
