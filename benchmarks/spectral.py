@@ -10,6 +10,9 @@ the gamma that `NystromNormalizedCut` chose (20 for the rings), on two sizes of 
 - small ones, where `SpectralClustering` (rbf) runs: seconds, memory beyond the data, and the
   adjusted Rand index with its labels and with the true groups; medians over `--seeds`;
 - a large one, with a limit on the memory and on the time of each process.
+
+A last table says where disagreement comes from: from the landmarks (300 against all, which is the
+exact cut) or from how labels are made of the same eigenvectors (scikit-learn's own three ways).
 """
 
 from __future__ import annotations
@@ -241,6 +244,31 @@ def large(folder: Path, names: list[str], n: int, memory: float, patience: float
             row(name, n, method, [found], None, truth)
 
 
+def sources(names: list[str], n: int = 2000) -> None:
+    """Print where disagreement comes from."""
+    from sklearn.cluster import SpectralClustering
+
+    from geohue import NystromNormalizedCut
+
+    print(f"\n{n:,} vectors; SpectralClustering labels by k-means unless said\n")
+    print("| vectors | ours: 300 landmarks, all | SpectralClustering: k-means, discretize ", end="")
+    print("| k-means, cluster_qr | ours, theirs: k-means | discretize | cluster_qr |")
+    print("| --- |" + " ---: |" * 6)
+    for name in names:
+        k, (x, _) = CLUSTERS[name], DATA[name](n)
+        first = NystromNormalizedCut(k, gamma=GAMMAS.get(name, "auto"), random_state=0).fit(x)
+        mine, theirs = {}, {}
+        for way in ("kmeans", "discretize", "cluster_qr"):
+            same: dict[str, Any] = {"gamma": first.gamma_, "random_state": 0, "assign_labels": way}
+            mine[way] = NystromNormalizedCut(k, **same).fit(x).labels_
+            theirs[way] = SpectralClustering(k, **same).fit(x).labels_
+        whole = NystromNormalizedCut(k, gamma=first.gamma_, n_landmarks=n, random_state=0).fit(x)
+        print(f"| {name} | {rand(first.labels_, whole.labels_)} ", end="")
+        print(f"| {rand(theirs['kmeans'], theirs['discretize'])} ", end="")
+        print(f"| {rand(theirs['kmeans'], theirs['cluster_qr'])} ", end="")
+        print("".join(f"| {rand(mine[way], theirs[way])} " for way in mine) + "|", flush=True)
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -263,6 +291,7 @@ def main() -> None:
         np.save(folder / "warm.npy", np.random.default_rng(0).normal(size=(200, 3)))
         if given.sizes:
             small(folder, given.vectors, given.sizes, given.seeds)
+            sources(given.vectors)
         if given.large:
             large(folder, given.vectors, given.large, given.memory, given.patience)
 
