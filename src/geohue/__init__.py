@@ -16,6 +16,7 @@ from geohue._version import __version__
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.errors import GeohueError, GeohueWarning
+    from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
     from geohue.large import segment_file
     from geohue.scene import Scene
     from geohue.segmentation.driver import segment
@@ -27,6 +28,7 @@ _HOMES = {
     "GeohueError": "geohue.errors",
     "GeohueWarning": "geohue.errors",
     "Intrinsics": "geohue.camera",
+    "NystromNormalizedCut": "geohue.estimator",  # not in __all__: it needs the extra sklearn
     "PRESETS": "geohue.settings",
     "Preset": "geohue.settings",
     "Scene": "geohue.scene",

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from geohue.cli.console import print_json, warn
 from geohue.errors import GeohueError
+
+if TYPE_CHECKING:
+    from geohue.measures.object_report import ObjectProtocol
 
 
 def evaluate(
@@ -20,31 +23,66 @@ def evaluate(
         Path, typer.Argument(metavar="GT", help="labels.png of the reference, or a folder.")
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON object.")] = False,
+    objects: Annotated[
+        bool, typer.Option("--objects", help="Measure objects, too, each with one segment.")
+    ] = False,
+    background: Annotated[
+        str | None,
+        typer.Option(metavar="LABELS", help="Labels of GT that are no objects, such as 1 or 0,1."),
+    ] = None,
+    background_from: Annotated[
+        str,
+        typer.Option(
+            metavar="truth|prediction",
+            help="Segments are background where the truth says so, or only where PRED is 0.",
+        ),
+    ] = "truth",
 ) -> None:
     """Measure a segmentation against reference labels.
 
-    Both are label images in which 0 means no label; such pixels of the reference are left out.
+    Both are label images in which 0 means no label; such pixels of the reference are left out
+    (of the objects' measures not if --background has 0).
     In folders, frames of the same name belong together: NAME.png or NAME/labels.png.
     """
     if pred.is_dir() != gt.is_dir():
         raise GeohueError(f"{pred} and {gt}: give two label images or two folders")
+    protocol = _protocol(objects, background, background_from)
     if pred.is_dir():
-        _evaluate_folders(pred, gt, as_json)
+        _evaluate_folders(pred, gt, as_json, protocol)
         return
     from geohue.measures import evaluate as measure
     from geohue.read.images.pictures import read_labels
 
-    scores = measure(read_labels(pred) - 1, read_labels(gt))
+    scores = measure(read_labels(pred) - 1, read_labels(gt), objects=protocol)
     if as_json:
         print_json(scores)
     else:
         _print_scores(scores)
 
 
-def _evaluate_folders(pred: Path, gt: Path, as_json: bool) -> None:
+def _protocol(objects: bool, background: str | None, background_from: str) -> ObjectProtocol | None:
+    """Read the options of the objects; None if they are not to be measured."""
+    if not objects:
+        if background is not None or background_from != "truth":
+            raise GeohueError("--background and --background-from belong to --objects: add it")
+        return None
+    from geohue.measures.object_report import ObjectProtocol
+
+    if background_from not in ("truth", "prediction"):
+        raise GeohueError(f"--background-from {background_from}: choose among truth, prediction")
+    try:
+        labels = tuple(int(part) for part in background.split(",")) if background else ()
+    except ValueError:
+        raise GeohueError(
+            f"--background {background}: give labels of the reference with commas, such as 0,1"
+        ) from None
+    return ObjectProtocol(labels, "truth" if background_from == "truth" else "prediction")
+
+
+def _evaluate_folders(pred: Path, gt: Path, as_json: bool, protocol: ObjectProtocol | None) -> None:
     from geohue.studies.benchmark.folders import evaluate_folders
 
-    found = evaluate_folders(pred, gt)
+    found = evaluate_folders(pred, gt, objects=protocol)
     if found["missing"]:
         missing = found["missing"]
         warn([f"{len(missing)} reference frame(s) without a segmentation, such as {missing[0]}"])
@@ -62,4 +100,4 @@ def _evaluate_folders(pred: Path, gt: Path, as_json: bool) -> None:
 
 def _print_scores(scores: Mapping[str, float]) -> None:
     for name, value in scores.items():
-        typer.echo(f"{name.replace('_', ' '):24} {value:.4g}")
+        typer.echo(f"{name.replace('_', ' '):26} {value:.4g}")

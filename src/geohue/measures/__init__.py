@@ -20,6 +20,10 @@ from geohue.measures.contingency import (
     contingency_table,
 )
 from geohue.measures.crop import Crop, window
+from geohue.measures.hierarchy import best_levels, hierarchy_curve
+from geohue.measures.object_report import ObjectProtocol, measure_objects
+from geohue.measures.objects import object_precision_recall_f
+from geohue.measures.outlines import object_boundary_precision_recall_f
 from geohue.measures.partition import (
     achievable_segmentation_accuracy,
     adjusted_rand_index,
@@ -34,18 +38,25 @@ from geohue.measures.partition import (
     undersegmentation_error,
     variation_of_information,
 )
+from geohue.measures.superpoints import superpoint_scores
 
 __all__ = [
+    "ObjectProtocol",
     "achievable_segmentation_accuracy",
     "adjusted_rand_index",
+    "best_levels",
     "boundary_displacement_error",
     "boundary_map",
     "boundary_precision_recall_f",
     "contingency_table",
     "evaluate",
+    "hierarchy_curve",
+    "object_boundary_precision_recall_f",
+    "object_precision_recall_f",
     "probabilistic_rand_index",
     "rand_index",
     "segmentation_covering",
+    "superpoint_scores",
     "undersegmentation_error",
     "variation_of_information",
 ]
@@ -57,6 +68,7 @@ def evaluate(
     ignore: int | None = 0,
     crop: Crop | None = None,
     tolerance: float | None = None,
+    objects: ObjectProtocol | None = None,
 ) -> dict[str, float]:
     """Measure a segmentation against true labels with every measure of this package.
 
@@ -72,6 +84,8 @@ def evaluate(
         Compare ``[top:bottom, left:right]`` only, e.g. (44, 471, 40, 601) for NYU Depth V2.
     tolerance : float, optional
         Of the boundary measures, in pixels. None: 0.0075 of the (cropped) diagonal.
+    objects : ObjectProtocol, optional
+        Measure objects, too, each with one segment (`measure_objects` names what is added).
 
     Returns
     -------
@@ -106,6 +120,8 @@ def evaluate(
     scores = _region_scores(table)
     if gt.ndim == 2:
         scores |= _boundary_scores(pred, gt, ignore, tolerance)
+    if objects is not None:
+        scores |= measure_objects(pred, gt, objects, ignore)
     return scores | {
         "n_pred": int((table.pred_labels != UNLABELLED).sum()),
         "n_gt": table.gt_labels.size,

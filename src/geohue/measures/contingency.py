@@ -100,9 +100,9 @@ def contingency_table(
             f"(ignore={ignore}, keep_unlabelled={keep_unlabelled}); "
             "check the crop and which label means 'none' (ignore=None compares every pixel)"
         )
-    pred_labels, row = _compact(pred[keep])
-    gt_labels, col = _compact(gt[keep])
-    overlap, key = _compact(row * gt_labels.size + col)
+    pred_labels, row = compact(pred[keep])
+    gt_labels, col = compact(gt[keep])
+    overlap, key = compact(row * gt_labels.size + col)
     row, col = np.divmod(overlap, gt_labels.size)
     counts = np.bincount(key).astype(np.int64, copy=False)
     return Contingency(
@@ -152,7 +152,7 @@ def as_labels(labels: Labels, name: str) -> Labels:
     return array
 
 
-def _compact(values: Labels) -> tuple[Counts, Counts]:
+def compact(values: Labels) -> tuple[Counts, Counts]:
     """Distinct values, ascending, and the index of each value among them.
 
     The same as ``np.unique(values, return_inverse=True)``, without its sort where the range is

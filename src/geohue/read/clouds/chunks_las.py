@@ -6,7 +6,6 @@ one costs the decompression from its beginning.
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -20,11 +19,11 @@ from geohue.errors import GeohueError
 from geohue.read.clouds.chunk import Chunk
 from geohue.read.clouds.chunks_color import ColorScale, as_bytes, find_scale
 from geohue.read.clouds.cloud import TOO_FAR
-from geohue.read.clouds.laz_chunks import check_laz_file
+from geohue.read.clouds.las_head import read_head
+from geohue.read.clouds.laz_check import check_laz
 from geohue.read.extras import optional
 from geohue.read.files import broken, reason
 
-_HEADER = struct.Struct("<4s20xBB68xHIIBHI")  # up to the old count of points
 _COLORS = ("red", "green", "blue")
 _PLACES = 16  # each may cost the decompression of a whole chunk
 
@@ -119,27 +118,11 @@ def open_las(path: Path) -> LasChunks:
 
 
 def _checked(path: Path) -> LasChunks:
-    length = path.stat().st_size
     with path.open("rb") as file:
-        head = file.read(375)
-    if not head.startswith(b"LASF"):
-        raise broken(path, "is not a LAS file (it does not start with 'LASF')")
-    if len(head) < 227 or (head[25] >= 4 and len(head) < 375):
-        raise broken(path, "is cut short within its header; copy or export it again")
-    _, major, minor, size, start, _, form, record, count = _HEADER.unpack_from(head)
-    if (major, minor) >= (1, 4):
-        (count,) = struct.unpack_from("<Q", head, 247)
-    if major != 1 or not 227 <= size <= start or start > length or record < 20:
-        raise broken(path, "has a damaged LAS header, or is cut short; export it again")
-    if count == 0:
-        raise broken(path, "has no points; export it again")
-    compressed = bool(form & 0x80)
-    if compressed:
-        check_laz_file(path, count, optional("lazrs", "clouds", path))
-    elif count > (length - start) // record:
-        cause = f"is cut short: it announces {count} points and has {(length - start) // record}"
-        raise broken(path, f"{cause}; copy or export it again")
-    return LasChunks(path, count, compressed)
+        head = read_head(file, path.stat().st_size, path)
+        if head.compressed:
+            check_laz(file, head, optional("lazrs", "clouds", path), path)
+    return LasChunks(path, head.count, head.compressed)
 
 
 def _colors_of(points: Any) -> NDArray[Any]:

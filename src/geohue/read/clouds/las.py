@@ -6,16 +6,16 @@ announces. A COPC file is a LAZ file whose octree is not needed to read all poin
 
 from __future__ import annotations
 
-import struct
-from dataclasses import dataclass
+import io
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
 from geohue.read.clouds.cloud import CloudData, build_cloud
+from geohue.read.clouds.las_head import LasHead, read_head
 from geohue.read.clouds.laz_check import check_laz
 from geohue.read.extras import optional
 from geohue.read.files import broken, read_bytes, reason
@@ -25,20 +25,9 @@ MAX_POINTS = 1 << 28
 
 _CHUNK = 1_000_000
 _MOST_PER_BYTE = 100  # points that a byte of compressed data stands for
-_HEADER = struct.Struct("<4s20xBB68xHIIBHI")  # up to the old count of points
+_MOST_AT_ONCE = 1 << 28  # bytes of a chunk, uncompressed, that is read by several threads
 _COLORS = ("red", "green", "blue")
 _LABELS = ("segment_id", "label", "scalar_label")
-
-
-@dataclass(frozen=True, slots=True)
-class _Head:
-    """What the header says, as far as it must fit the file."""
-
-    count: int
-    start: int
-    size: int
-    n_vlrs: int
-    compressed: bool
 
 
 def read_las(path: str | Path) -> CloudData:
@@ -61,13 +50,12 @@ def read_las(path: str | Path) -> CloudData:
         If laspy is not installed, or the file is missing, damaged or cut short.
     """
     data = read_bytes(path)
-    head = _check_header(data, path)
+    file = io.BytesIO(data)
+    head = read_head(file, len(data), path)
     laspy = optional("laspy", "clouds", path)
-    if head.compressed:
-        lazrs = optional("lazrs", "clouds", path)
-        check_laz(data, head.start, head.size, head.n_vlrs, lazrs, Path(path))
+    largest = _check(file, head, path)
     try:
-        columns = _columns(laspy, data, head)
+        columns = _columns(laspy, file, head, largest)
     except GeohueError:
         raise
     except MemoryError as error:
@@ -83,48 +71,26 @@ def read_las(path: str | Path) -> CloudData:
     return build_cloud(columns, (count,), path)
 
 
-def _check_header(data: bytes, path: str | Path) -> _Head:
-    if not data.startswith(b"LASF"):
-        raise broken(path, "is not a LAS file (it does not start with 'LASF')")
-    if len(data) < 227:
-        raise broken(path, "is cut short within its header; copy or export it again")
-    _, major, minor, size, start, n_vlrs, form, record, count = _HEADER.unpack_from(data)
-    if (major, minor) >= (1, 4):
-        if len(data) < 375:
-            raise broken(path, "is cut short within its header; copy or export it again")
-        (count,) = struct.unpack_from("<Q", data, 247)
-        _check_extended(data, path)
-    compressed = bool(form & 0x80)
-    body = len(data) - start
-    if major != 1 or not 227 <= size <= start or body < 0 or n_vlrs * 54 > len(data) or record < 20:
-        raise broken(path, "has a damaged LAS header; export it again")
-    if count == 0:
-        raise broken(path, "has no points; export it again")
-    most = body * _MOST_PER_BYTE if compressed else body // record
-    if count > min(most, MAX_POINTS):
-        cause = f"announces {count} points, which do not fit in its {len(data)} bytes"
+def _check(file: io.BytesIO, head: LasHead, path: str | Path) -> int:
+    """Hold what will be allocated against the file; returns the points of its largest chunk."""
+    most = min(head.body * _MOST_PER_BYTE, MAX_POINTS) if head.compressed else MAX_POINTS
+    if head.count > most:
+        cause = f"announces {head.count} points, which do not fit in its {head.length} bytes"
         raise broken(path, f"{cause}; copy or export it again")
-    return _Head(count, start, size, n_vlrs, compressed)
+    if not head.compressed:
+        return head.count
+    return check_laz(file, head, optional("lazrs", "clouds", path), Path(path))
 
 
-def _check_extended(data: bytes, path: str | Path) -> None:
-    """Check that the extended records of LAS 1.4 lie in the file, each of them."""
-    position, count = struct.unpack_from("<QI", data, 235)
-    for _ in range(min(count, len(data) // 60 + 1)):
-        if position + 60 > len(data):
-            raise broken(path, "is cut short within its extended records; copy it again")
-        (length,) = struct.unpack_from("<Q", data, position + 20)
-        position += 60 + length
-    if count and position > len(data):
-        raise broken(path, "is cut short within its extended records; copy it again")
-
-
-def _columns(laspy: Any, data: bytes, head: _Head) -> dict[str, NDArray[Any]]:
+def _columns(laspy: Any, file: BinaryIO, head: LasHead, largest: int) -> dict[str, NDArray[Any]]:
     """Read chunk by chunk, so that a lying header costs no more than the data behind it."""
-    import io
-
     parts: dict[str, list[NDArray[Any]]] = {}
-    with laspy.open(io.BytesIO(data)) as reader:
+    # Several threads make room for a whole chunk, as large as the file says. They gain nothing
+    # where there is one chunk; where that is gigabytes, room that is not there ends the program.
+    threads = largest < head.count and largest * head.width <= _MOST_AT_ONCE
+    decoder = laspy.LazBackend.LazrsParallel if threads else laspy.LazBackend.Lazrs
+    file.seek(0)
+    with laspy.open(file, laz_backend=decoder) as reader:
         names = set(reader.header.point_format.dimension_names)
         wanted = [n for n in _COLORS if names.issuperset(_COLORS)]
         label = next((n for n in _LABELS if n in names), None)

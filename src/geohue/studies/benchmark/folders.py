@@ -8,6 +8,7 @@ from typing import Any
 from geohue.errors import GeohueError
 from geohue.measures import evaluate
 from geohue.measures.crop import Crop
+from geohue.measures.object_report import ObjectProtocol
 from geohue.read.files import broken
 
 _NAMES = ("labels_object.png", "labels.png")
@@ -42,7 +43,12 @@ def label_files(folder: str | Path) -> dict[str, Path]:
     return dict(sorted(found.items()))
 
 
-def evaluate_folders(pred: str | Path, gt: str | Path, crop: Crop | None = None) -> dict[str, Any]:
+def evaluate_folders(
+    pred: str | Path,
+    gt: str | Path,
+    crop: Crop | None = None,
+    objects: ObjectProtocol | None = None,
+) -> dict[str, Any]:
     """Measure the label images of a folder against those of the same names in another one.
 
     Parameters
@@ -51,6 +57,8 @@ def evaluate_folders(pred: str | Path, gt: str | Path, crop: Crop | None = None)
         Folders of label images (`label_files`), 0 for no label.
     crop : (top, bottom, left, right), optional
         Compare this part only.
+    objects : ObjectProtocol, optional
+        Measure objects, too.
 
     Returns
     -------
@@ -75,7 +83,8 @@ def evaluate_folders(pred: str | Path, gt: str | Path, crop: Crop | None = None)
     frames: dict[str, dict[str, float]] = {}
     for name, path in predictions.items():
         try:
-            frames[name] = evaluate(read_labels(path) - 1, read_labels(references[name]), crop=crop)
+            truth = read_labels(references[name])
+            frames[name] = evaluate(read_labels(path) - 1, truth, crop=crop, objects=objects)
         except GeohueError as error:
             raise GeohueError(f"frame {name}: {error}") from error
     measures = next(iter(frames.values()))
