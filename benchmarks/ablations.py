@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -22,7 +21,7 @@ from geohue.jobs.pool import run_jobs
 from geohue.measures import evaluate
 from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.segmentation.driver import segment
-from geohue.segmentation.presets import PRESETS
+from geohue.settings import PRESETS
 from geohue.simulate import WORLDS, scene
 from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
 
@@ -63,7 +62,7 @@ def measure(frame: Frame, crop: Crop | None, k: int) -> dict[Key, tuple[float, f
     loaded, truth = load_frame(frame, crop)
     found = {}
     for key, change, weight, seed in cases():
-        settings = replace(PAPER, **change)
+        settings = PAPER.changed(**change)
         seg = segment(
             loaded, k, weight, settings, seed=seed, components=True, fill=False, threads=1
         )

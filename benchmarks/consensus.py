@@ -10,21 +10,22 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from geohue.compute.parallel import Workers
-from geohue.consensus.cut import find_consensus
-from geohue.features import extract_features
+from geohue.consensus import find_consensus, make_voters
 from geohue.jobs.pool import run_jobs
 from geohue.measures import evaluate
 from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.ncut.cutter import Cutter
-from geohue.segmentation.presets import PRESETS
+from geohue.prepared import prepare_scene
+from geohue.settings import PRESETS
+from geohue.settings.consensus import FINER_BALANCES
+from geohue.settings.weight import COARSE
 from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
-from geohue.weight.search import COARSE, FINER_BALANCES
 
 PAPER = PRESETS["paper"]
 MOST = 14
@@ -50,17 +51,12 @@ CASES: dict[str, dict[str, Any]] = {
 def measure(frame: Frame, crop: Crop | None) -> dict[str, tuple[float, float, float]]:
     """Return VoI, Rand index and number of segments of one frame for every case."""
     scene, truth = load_frame(frame, crop)
-    positions = scene.thinning(PAPER.draft_points, np.random.default_rng(0))
-    cutter = Cutter(extract_features(scene), positions, PAPER, Workers(None), 0, MOST)
-    draft, wanted = scene.take(positions), truth.reshape(-1)[positions]
+    prepared = prepare_scene(scene, PAPER)
+    cutter, wanted = Cutter(prepared, MOST), truth.reshape(-1)[prepared.positions]
     found = {}
     for name, changes in CASES.items():
-        given: dict[str, Any] = {
-            "k_max": PAPER.k_max,
-            "min_region": PAPER.min_region,
-            "workers": Workers(None),
-        }
-        labels = find_consensus(cutter, draft, **given | changes).labels
+        asked = replace(prepared, settings=PAPER.changed(**changes))
+        labels = find_consensus(make_voters(asked, cutter), asked).labels
         scores = evaluate(labels, np.where(labels < 0, 0, wanted))
         found[name] = (scores["voi_bits"], scores["rand"], float(scores["n_pred"]))
     return found

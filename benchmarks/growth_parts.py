@@ -13,16 +13,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
 from geohue.compute.parallel import Workers
+from geohue.features import Raw
 from geohue.jobs.pool import one_thread
 from geohue.large.moments import Moments
 from geohue.large.passes import BLOCK
 from geohue.large.vectors import Standard, raw_values
 from geohue.ncut.cutter import Cutter
+from geohue.prepared import PreparedScene
 from geohue.read.clouds.chunks import open_chunks
-from geohue.segmentation.presets import PRESETS
+from geohue.scene import Scene
+from geohue.settings import PRESETS
 
 Result = TypeVar("Result")
 
@@ -54,9 +55,9 @@ def main() -> None:
     standard = Standard.of(moments, "fusion")
     features = timed("normalise", lambda: standard.features(values, known))
     vectors = timed("mix", lambda: features.mixed(1.0))
-    draft = np.arange(0, BLOCK, 13)
-    cutter = Cutter(features, draft, PRESETS["paper"], Workers(None), 0, 6)
-    model = cutter.model(1.0, 6)
+    raw = Raw(Scene.from_cloud(xyz, rgb))
+    prepared = PreparedScene.of(raw, features, PRESETS["paper"])
+    model = Cutter(prepared, 6).model(1.0, 6)
     timed("label", lambda: model.labels(vectors, Workers(None)))
 
 

@@ -6,7 +6,8 @@
 The three presets on frames of nyuv2 (every fifth) and mosd, on stereo scenes and clouds; every
 method on some frames; the samples, which need no data. GEOHUE_DATA (or ../shared/data) names the
 folder of the data; what is absent there is left out. `compare` says what differs and ends with 1
-if anything does. Cases of FILE that are not run again are not compared.
+if anything does; only cases in FILE are run again. `keep` writes FILE after each one, so that it
+can be stopped.
 """
 
 from __future__ import annotations
@@ -111,10 +112,6 @@ def cases(quick: bool, frames: int) -> Iterator[Case]:
     if quick:
         stereo, points = dict(list(stereo.items())[::3]), dict(list(points.items())[:2])
         samples = dict(list(samples.items())[:2])
-    for name, load in {**samples, **nyu, **mosd, **stereo, **points}.items():
-        for preset in PRESETS:
-            yield f"{name} {preset}", load, {"preset": preset}
-        yield f"{name} k", load, {"k": 5, "seed": 1}
     for name, load in list({**samples, **mosd, **nyu}.items())[: 1 if quick else 10]:
         for method in METHODS:
             yield f"{name} {method}", load, {"k": 4, "method": method}
@@ -123,6 +120,10 @@ def cases(quick: bool, frames: int) -> Iterator[Case]:
         for rule in ("quality", "agreement", "consensus"):
             yield f"{name} {rule}", load, {"weight": rule, "components": True}
         yield f"{name} unfilled", load, {"weight": 0.5, "fill": False}
+    for name, load in {**samples, **stereo, **points, **nyu, **mosd}.items():
+        for preset in PRESETS:
+            yield f"{name} {preset}", load, {"preset": preset}
+        yield f"{name} k", load, {"k": 5, "seed": 1}
 
 
 def hash_of(load: Load, options: dict[str, Any]) -> str:
@@ -146,14 +147,17 @@ def main() -> None:
     known = json.loads(options.file.read_text()) if options.what == "compare" else {}
     found: dict[str, str] = {}
     for name, load, asked in cases(options.quick, options.frames):
+        if options.what == "compare" and name not in known:
+            continue
         found[name] = hash_of(load, asked)
-        if options.what == "compare" and known.get(name) != found[name]:
-            print(f"{name}: {known.get(name, 'not kept')} -> {found[name]}")
+        if options.what == "keep":
+            options.file.write_text(json.dumps(found, indent=1) + "\n")
+        elif known[name] != found[name]:
+            print(f"{name}: {known[name]} -> {found[name]}", flush=True)
     if options.what == "keep":
-        options.file.write_text(json.dumps(found, indent=1) + "\n")
         print(f"kept {len(found)} hashes")
         return
-    missed = sum(known.get(name) != value for name, value in found.items())
+    missed = sum(known[name] != value for name, value in found.items())
     print(f"{len(found)} compared, {missed} differ")
     sys.exit(missed > 0)
 

@@ -18,7 +18,7 @@ from benchmarks.scores import UNITS, Scores, load_scores
 from benchmarks.sweep import KS, WEIGHTS
 from numpy.typing import NDArray
 
-from geohue.ncut.selectors import SELECTORS
+from geohue.settings.cut import SELECTORS
 
 Floats = NDArray[np.float64]
 

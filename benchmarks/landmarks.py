@@ -17,10 +17,11 @@ from geohue.compute.lloyd import nearest_center
 from geohue.compute.parallel import Workers
 from geohue.datasets import load_sample
 from geohue.features import extract_features
-from geohue.ncut.affinity import SCALE, affinity
+from geohue.ncut.affinity import affinity
 from geohue.ncut.labels import find_centers
-from geohue.ncut.landmarks import CHOICES, choose_landmarks
+from geohue.ncut.landmarks import choose_landmarks
 from geohue.ncut.nystrom import nystrom_cut
+from geohue.settings.cut import LANDMARK_CHOICES, SCALE
 
 K, SEEDS = 5, 5
 
@@ -41,7 +42,7 @@ def main() -> None:
     print("| landmarks | choice | overlap with the exact cut | agreement of labels |")
     print("| ---: | --- | ---: | ---: |")
     for n in (50, 100, 200, 400):
-        for choice in CHOICES:
+        for choice in LANDMARK_CHOICES:
             found = []
             for seed in range(SEEDS):
                 rng = np.random.default_rng(seed)

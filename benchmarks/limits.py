@@ -28,7 +28,7 @@ from geohue.compute.compiled import vectorized
 from geohue.compute.parallel import BLOCK, Workers, cores, workers
 from geohue.ncut.kernel import Kernel
 from geohue.ncut.loops import SMALLEST, exp2
-from geohue.segmentation.presets import PRESETS
+from geohue.settings import PRESETS
 from geohue.studies.machine import describe_machine
 
 K, DIMENSIONS = 5, 6
@@ -133,7 +133,7 @@ def machine(n: int, rng: np.random.Generator) -> list[Measure]:
 def passes(count: int, n: int, rng: np.random.Generator) -> dict[str, Callable[[Workers], object]]:
     """Return geohue's passes over all points."""
     x = rng.normal(0, 0.6, (count, DIMENSIONS)).astype(np.float32)
-    kernel = Kernel.of(x[rng.choice(count, n, replace=False)], PRESETS["paper"].scale)
+    kernel = Kernel.of(x[rng.choice(count, n, replace=False)], PRESETS["paper"].cut.scale)
     ones, basis = np.ones(n, np.float32), rng.normal(size=(n, K)).astype(np.float32)
     centers = rng.normal(size=(K, K)).astype(np.float32)
 

@@ -19,17 +19,18 @@ from numpy.typing import NDArray
 
 from geohue.compute.lloyd import nearest_center
 from geohue.compute.parallel import Workers
-from geohue.features import extract_features
 from geohue.jobs.pool import run_jobs
 from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.ncut.cutter import Cutter
 from geohue.ncut.labels import find_centers
 from geohue.ncut.nystrom import NystromCut, nystrom_cut
-from geohue.ncut.selectors import SELECTORS, choose_k
+from geohue.ncut.selectors import choose_k
+from geohue.prepared import prepare_scene
 from geohue.regions.images import merge_small_regions
 from geohue.results.atomic import atomic_write
 from geohue.scene import Scene
-from geohue.segmentation.presets import PRESETS
+from geohue.settings import PRESETS
+from geohue.settings.cut import SELECTORS
 from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
 
 SEED = 0
@@ -68,24 +69,24 @@ class Sweep:
 def sweep(scene: Scene, truth: NDArray[np.int32], seed: int = SEED) -> Sweep:
     """Segment the draft of a scene for all WEIGHTS and KS with the preset of the paper."""
     settings, team = PRESETS["paper"], Workers(None)
-    features = extract_features(scene)
-    draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
-    cutter = Cutter(features, draft, settings, team, seed, settings.k_max)
+    prepared, most = prepare_scene(scene, settings, seed=seed), settings.cut.k_max
+    draft, features = prepared.positions, prepared.draft_features
+    cutter = Cutter(prepared, most)
     labels = np.empty((len(WEIGHTS), len(KS), *draft.shape), np.int8)
-    eigenvalues = np.zeros((len(WEIGHTS), settings.k_max + 1))
+    eigenvalues = np.zeros((len(WEIGHTS), most + 1))
     chosen = np.zeros(len(SELECTORS), np.int64)
     least = max(1, round(settings.min_region * draft.size))
     for i, weight in enumerate(WEIGHTS):
-        vectors = cutter.draft.mixed(weight)
+        vectors = features.mixed(weight)
         landmarks = vectors[cutter._landmarks]
-        cut = nystrom_cut(vectors, landmarks, team, settings.k_max + 1, settings.scale)
+        cut = nystrom_cut(vectors, landmarks, team, most + 1, settings.cut.scale)
         eigenvalues[i, : len(cut.eigenvalues)] = cut.eigenvalues
-        sample = vectors[:: -(-len(vectors) // settings.center_points)]
+        sample = vectors[:: -(-len(vectors) // settings.cut.center_points)]
         if weight == 1:
-            chosen[:] = [choose_k(cut, sample, name, settings.k_max) for name in SELECTORS]
+            chosen[:] = [choose_k(cut, sample, name, most) for name in SELECTORS]
         for j, k in enumerate(KS):
             rows = _cluster(cut, vectors, sample, k, seed)
-            labels[i, j] = merge_small_regions(cutter.draft.to_scene(rows), least)
+            labels[i, j] = merge_small_regions(features.to_scene(rows), least)
     return Sweep(labels, truth.reshape(-1)[draft], draft, eigenvalues, chosen)
 
 
@@ -94,7 +95,7 @@ def _cluster(
 ) -> NDArray[np.int32]:
     k = min(k, cut.basis.shape[1])
     rng = np.random.default_rng((seed, 1))
-    centers = find_centers(cut.rows(sample, k), k, PRESETS["paper"].labelling, rng)
+    centers = find_centers(cut.rows(sample, k), k, PRESETS["paper"].cut.labelling, rng)
     return nearest_center(cut.rows(vectors, k), centers)
 
 

@@ -52,15 +52,26 @@ def cut(folder: Path) -> Run:
     from geohue.features import extract_features
     from geohue.ncut.cutter import Cutter
 
+    make: Any = Cutter  # another revision takes other arguments
     workers = _at("workers", "geohue.compute.parallel", "geohue.parallel")
+    scene, settings = _scene(folder), geohue.Preset()
+    features = extract_features(scene)
+    try:
+        from geohue.features import Raw
+        from geohue.prepared import PreparedScene
+    except ImportError:
+        draft = scene.thinning(settings.draft_points, np.random.default_rng(0))
 
-    scene = _scene(folder)
-    features, settings = extract_features(scene), geohue.Preset()
-    draft = scene.thinning(settings.draft_points, np.random.default_rng(0))
+        def old() -> None:
+            with workers() as team:
+                make(features, draft, settings, team, 0, 5).labels(1.0, 5)
+
+        return old
 
     def run() -> None:
         with workers() as team:
-            Cutter(features, draft, settings, team, 0, 5).labels(1.0, 5)
+            prepared = PreparedScene.of(Raw(scene), features, settings, 0, team)
+            make(prepared, 5).labels(1.0, 5)
 
     return run
 

@@ -40,17 +40,18 @@ from numpy.typing import NDArray
 import geohue
 from geohue.compute.parallel import cores, workers
 from geohue.datasets import load_sample
-from geohue.features import Features, extract_features
+from geohue.features import Features, Raw, extract_features
 from geohue.measures import evaluate
 from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.ncut.cutter import Cutter
-from geohue.segmentation.presets import Preset
+from geohue.prepared import PreparedScene
+from geohue.settings import Preset
 from geohue.studies.benchmark.frames import find_frames, load_frame
 from geohue.studies.machine import describe_machine
 
 K, WEIGHT, SEED = 5, 1.0, 0
 SETTINGS = Preset()
-ON_DRAFT = Preset(fit="draft")
+ON_DRAFT = SETTINGS.changed(fit="draft")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,11 +120,10 @@ class Row:
 
 def own_cut(task: Task, settings: Preset = SETTINGS) -> Answer:
     """Make the cut with a fixed weight, its landmarks and k-means included."""
-    draft = task.scene.thinning(settings.draft_points, np.random.default_rng(SEED))
     with workers() as team:
+        prepared = PreparedScene.of(Raw(task.scene), task.features, settings, SEED, team)
         begin, busy = perf_counter(), process_time()
-        cutter = Cutter(task.features, draft, settings, team, SEED, K)
-        labels = cutter.labels(WEIGHT, K)
+        labels = Cutter(prepared, K).labels(WEIGHT, K)
         seconds, busy = perf_counter() - begin, process_time() - busy
     return Answer(labels, seconds, seconds, busy)
 
@@ -141,8 +141,10 @@ def vectors_through(peers: Peers, method: str, **settings: float) -> Method:
 
     def run(task: Task) -> Answer:
         vectors = task.features.mixed(WEIGHT)
-        rows = np.random.default_rng(SEED).choice(len(vectors), SETTINGS.landmarks, replace=False)
-        given = {"k": K, "scale": SETTINGS.scale, "seed": SEED} | settings
+        rows = np.random.default_rng(SEED).choice(
+            len(vectors), SETTINGS.cut.landmarks, replace=False
+        )
+        given = {"k": K, "scale": SETTINGS.cut.scale, "seed": SEED} | settings
         found = peers.run(method, vectors, np.sort(rows), **given)
         return replace(found, labels=task.features.to_scene(found.labels))
 
@@ -176,7 +178,7 @@ def tasks(count: int) -> Iterator[Task]:
 def groups(peers: Peers) -> list[list[Row]]:
     """Return the tables' rows; the first of each is geohue's, on which the ratios rest."""
     peer = vectors_through
-    n = SETTINGS.landmarks
+    n = SETTINGS.cut.landmarks
     return [
         [
             Row("geohue, cut", own_cut),

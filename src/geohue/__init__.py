@@ -16,19 +16,21 @@ from geohue._version import __version__
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.errors import GeohueError, GeohueWarning
+    from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
     from geohue.large import segment_file
     from geohue.scene import Scene
     from geohue.segmentation.driver import segment
-    from geohue.segmentation.presets import PRESETS, Preset
     from geohue.segmentation.result import Segmentation
+    from geohue.settings import PRESETS, Preset
 
 # Loaded on first use: `import geohue` stays as quick as `import numpy`.
 _HOMES = {
     "GeohueError": "geohue.errors",
     "GeohueWarning": "geohue.errors",
     "Intrinsics": "geohue.camera",
-    "PRESETS": "geohue.segmentation.presets",
-    "Preset": "geohue.segmentation.presets",
+    "NystromNormalizedCut": "geohue.estimator",  # not in __all__: it needs the extra sklearn
+    "PRESETS": "geohue.settings",
+    "Preset": "geohue.settings",
     "Scene": "geohue.scene",
     "Segmentation": "geohue.segmentation.result",
     "segment": "geohue.segmentation.driver",

@@ -11,7 +11,7 @@ from skimage.segmentation import felzenszwalb
 from geohue import Scene
 from geohue.baselines.felzenszwalb import segment_grid, smoothed
 from geohue.baselines.graph import cloud_edges, edge_lengths, grid_edges, merge_graph
-from geohue.features import Features, extract_features
+from geohue.features import Block, Features, extract_features
 
 
 def same_partition(one: NDArray[np.int32], other: NDArray[np.int32]) -> bool:
@@ -22,7 +22,8 @@ def same_partition(one: NDArray[np.int32], other: NDArray[np.int32]) -> bool:
 def whole_grid(shape: tuple[int, int]) -> Features:
     size = shape[0] * shape[1]
     zeros = np.zeros((size, 3), np.float32)
-    return Features(zeros, zeros, np.arange(size), shape, "color")
+    blocks = Block("color", "color", zeros), Block("geometry", "geometry", zeros, used=False)
+    return Features(blocks, np.arange(size), shape, "color")
 
 
 def slow_merge(

@@ -211,7 +211,7 @@ def test_names_of_one_folder_elsewhere_are_refused(tmp_path: Path, two: tuple[st
         write_png(tmp_path / f"{name}.png", np.zeros((20, 20, 3), np.uint8))
     if len(list(tmp_path.iterdir())) < 2:
         pytest.skip("this file system has one name for both")
-    with pytest.raises(GeohueError, match=r"one folder where case does .*; rename one"):
+    with pytest.raises(GeohueError, match=r"share one folder on .*; rename one"):
         find_items(tmp_path, pictures=True)
 
 
@@ -308,7 +308,7 @@ def test_names_of_frames(
         (["--lambda", "nan"], "weight is nan: expected"),
         (["--lambda", "consensus", "--method", "kmeans"], 'is for method "nncsc", not'),
         (["--preset", "slow"], "preset 'slow'"),
-        (["--cues", "smell"], "cues 'smell': choose among"),
+        (["--cues", "smell"], "cues 'smell': choose one of"),
         (["--method", "magic"], "magic"),
         (["--seed", "-1"], "seed is -1"),
         (["--format", "docx"], "format 'docx': choose among"),

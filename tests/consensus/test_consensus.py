@@ -15,7 +15,7 @@ from sklearn.metrics import adjusted_rand_score
 from geohue import PRESETS, GeohueError, Scene, segment
 from geohue.regions.images import connected_components
 
-LIGHT = replace(PRESETS["fast"], landmarks=60, draft_points=2000)
+LIGHT = PRESETS["fast"].changed(landmarks=60, draft_points=2000)
 
 
 @pytest.mark.parametrize("preset", ["fast", "best"])
@@ -26,7 +26,7 @@ def test_finds_parts_and_their_number(
     result = segment(scene, preset=preset)
     assert result.k == 3
     assert adjusted_rand_score(result.labels.ravel(), truth.ravel()) > 0.99
-    assert result.weight in PRESETS[preset].voters
+    assert result.weight in PRESETS[preset].consensus.voters
     assert result.weight_curve == []
     assert result.warnings == segment(scene, 3).warnings
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geohue import Scene
-from geohue.compute.parallel import Workers, workers
+from geohue.compute.parallel import workers
 from geohue.consensus import spread
-from geohue.features import extract_features
+from geohue.prepared import prepare_scene
+from geohue.settings import Preset
 from twins import votes as twin
 
-ALONE = Workers(None)
 law = settings(deadline=None, max_examples=40)
 
 
@@ -24,10 +26,11 @@ def test_equals_its_twin(seed: int, kept: int) -> None:
     scene = Scene.from_rgbd(
         rng.integers(0, 255, (h, w, 3)).astype(np.uint8), rng.uniform(1, 2, (h, w))
     )
-    features, draft = extract_features(scene), scene.thinning(kept, rng)
+    prepared = prepare_scene(scene, Preset(draft_points=kept))
+    draft = prepared.positions
     labels = rng.integers(0, 4, draft.shape).astype(np.int32)
-    found = spread(labels, draft, scene, features, ALONE)
-    assert np.array_equal(found, twin.spread(labels, draft, features))
+    found = spread(labels, prepared)
+    assert np.array_equal(found, twin.spread(labels, draft, prepared.features))
     assert np.array_equal(found.reshape(-1)[draft], labels)
 
 
@@ -35,12 +38,11 @@ def test_a_border_follows_the_colour_between_two_points_of_the_draft() -> None:
     rgb = np.zeros((9, 60, 3), np.uint8)
     rgb[:, 33:] = 200
     scene = Scene.from_rgbd(rgb, np.ones((9, 60)))
-    draft = scene.thinning(6, np.random.default_rng(0))
+    prepared = prepare_scene(scene, Preset(draft_points=6))
+    draft = prepared.positions
     labels = (rgb.reshape(-1, 3)[draft][..., 0] > 0).astype(np.int32)
     assert labels.min() < labels.max()
-    assert np.array_equal(
-        spread(labels, draft, scene, extract_features(scene), ALONE), (rgb[..., 0] > 0) * 1
-    )
+    assert np.array_equal(spread(labels, prepared), (rgb[..., 0] > 0) * 1)
 
 
 def test_points_in_gaps_of_the_draft_take_the_nearest_label() -> None:
@@ -48,9 +50,10 @@ def test_points_in_gaps_of_the_draft_take_the_nearest_label() -> None:
     depth[::3, ::3] = 1
     depth[:6, :6] = 2
     scene = Scene.from_rgbd(np.zeros((20, 20, 3), np.uint8), depth)
-    draft = scene.thinning(40, np.random.default_rng(0))
+    prepared = prepare_scene(scene, Preset(draft_points=40))
+    draft = prepared.positions
     labels = np.where(scene.valid.reshape(-1)[draft], draft % 5, -1).astype(np.int32)
-    found = spread(labels, draft, scene, extract_features(scene), ALONE)
+    found = spread(labels, prepared)
     assert np.array_equal(found >= 0, scene.valid)
 
 
@@ -61,12 +64,12 @@ def test_a_cloud_in_any_order_and_with_any_threads() -> None:
     results = []
     for places in (np.arange(900), order):
         scene = Scene.from_cloud(points[places], colors[places])
-        draft = scene.thinning(100, np.random.default_rng(0))
+        prepared = prepare_scene(scene, Preset(draft_points=100))
+        draft = prepared.positions
         labels = (scene.points[draft, 0] > 0).astype(np.int32)
-        features = extract_features(scene)
         with workers(3) as team:
-            results.append(spread(labels, draft, scene, features, team))
-        assert np.array_equal(results[-1], spread(labels, draft, scene, features, ALONE))
+            results.append(spread(labels, replace(prepared, workers=team)))
+        assert np.array_equal(results[-1], spread(labels, prepared))
         assert np.array_equal(results[-1][draft], labels)
     assert np.array_equal(results[0][order], results[1])
 
@@ -74,8 +77,9 @@ def test_a_cloud_in_any_order_and_with_any_threads() -> None:
 def test_a_draft_of_the_whole_cloud_is_put_in_order() -> None:
     rng = np.random.default_rng(5)
     scene = Scene.from_cloud(rng.normal(size=(50, 3)), rng.integers(0, 255, (50, 3), np.uint8))
-    draft = scene.thinning(50, rng)
+    prepared = prepare_scene(scene, Preset(draft_points=50))
+    draft = prepared.positions
     labels = np.arange(50, dtype=np.int32)
-    found = spread(labels, draft, scene, extract_features(scene), ALONE)
+    found = spread(labels, prepared)
     assert np.array_equal(found[draft], labels)
     assert not np.array_equal(found, labels)

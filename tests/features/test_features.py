@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skimage.color import rgb2lab
 
 from geohue import GeohueError, Scene
-from geohue.features import Features, extract_features, lab_of
+from geohue.features import Block, Features, extract_features, lab_of
 from twins import features as twin
 
 
@@ -101,7 +101,7 @@ def test_no_geometry_at_all() -> None:
     with pytest.raises(GeohueError, match='cues="color"'):
         extract_features(scene)
     with pytest.raises(GeohueError, match="fusion, color, geometry"):
-        extract_features(scene, "depth")  # type: ignore[arg-type]
+        extract_features(scene, "depth")
     with pytest.raises(GeohueError, match="no points"):
         extract_features(Scene.from_cloud(np.zeros((0, 3)), np.zeros((0, 3))))
 
@@ -128,7 +128,11 @@ def test_mixed_equals_its_twin(weight: float, views: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     color = rng.normal(size=(11, 3 * views)).astype(np.float32)
     geometry = rng.normal(size=(11, 3)).astype(np.float32)
-    features = Features(color, geometry, np.arange(11), (11,), "fusion")
+    blocks = (
+        *(Block("color", "color", color[:, 3 * v : 3 * v + 3]) for v in range(views)),
+        Block("geometry", "geometry", geometry),
+    )
+    features = Features(blocks, np.arange(11), (11,), "fusion")
     expected = twin.mixed(color, geometry, weight)
     np.testing.assert_allclose(features.mixed(weight), expected, rtol=1e-6, atol=1e-7)
 

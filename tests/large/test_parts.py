@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geohue import GeohueError, Scene
-from geohue.features import CUES, Cues, extract_features
+from geohue.features import CUES, extract_features
 from geohue.large.arrays import from_arrays, to_arrays
 from geohue.large.memory import PARENT, WORKER, parse_memory, processes_within
 from geohue.large.moments import Moments, merge
@@ -64,7 +64,7 @@ def test_every_point_is_as_likely_in_the_sample() -> None:
 
 
 @pytest.mark.parametrize("cues", CUES)
-def test_normalised_like_a_whole_scene(cues: Cues) -> None:
+def test_normalised_like_a_whole_scene(cues: str) -> None:
     xyz, rgb, _ = three_blobs(3000)
     xyz[7] = np.nan
     whole = extract_features(Scene.from_cloud(xyz, rgb), cues)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 import geohue
 from geohue import GeohueError, Scene
 from geohue.cli.app import run as command
-from geohue.features import CUES, Cues
+from geohue.features import CUES
 from geohue.large import passes, segment_file, stages
 from geohue.large.fit import fit
 from geohue.large.passes import LabelJob, label
@@ -61,7 +61,7 @@ def _outcome(out: Path) -> dict[str, Any]:
 
 @pytest.mark.parametrize("cues", CUES)
 @pytest.mark.parametrize("k", [1, 3, "auto"])
-def test_small_cloud_as_in_memory(cloud: Path, tmp_path: Path, cues: Cues, k: Any) -> None:
+def test_small_cloud_as_in_memory(cloud: Path, tmp_path: Path, cues: str, k: Any) -> None:
     rows = np.load(cloud)
     scene = Scene.from_cloud(rows[:, :3], rows[:, 3:].astype(np.uint8))
     whole = geohue.segment(scene, k, cues=cues)

@@ -7,8 +7,9 @@ from sklearn.metrics import adjusted_rand_score
 
 from geohue import GeohueError
 from geohue.compute.lloyd import lloyd, nearest_center, spread_seeds
-from geohue.ncut.labels import LABELLINGS, Labelling, find_centers
-from geohue.ncut.landmarks import CHOICES, Choice, choose_landmarks
+from geohue.ncut.labels import find_centers
+from geohue.ncut.landmarks import choose_landmarks
+from geohue.settings.cut import LABELLINGS, LANDMARK_CHOICES, Labelling, LandmarkChoice
 
 
 def turned_axes(k: int, noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -66,8 +67,8 @@ class TestLloyd:
 
 
 class TestLandmarks:
-    @pytest.mark.parametrize("choice", CHOICES)
-    def test_are_distinct_rows_in_order(self, choice: Choice) -> None:
+    @pytest.mark.parametrize("choice", LANDMARK_CHOICES)
+    def test_are_distinct_rows_in_order(self, choice: LandmarkChoice) -> None:
         x = np.random.default_rng(0).normal(size=(500, 6)).astype(np.float32)
         rows = choose_landmarks(x, 40, choice, np.random.default_rng(0))
         assert (np.diff(rows) > 0).all()
@@ -85,7 +86,7 @@ class TestLandmarks:
         x = np.vstack([rng.normal(0, 0.01, (900, 2)), rng.normal(5, 1, (100, 2))])
         x = x.astype(np.float32)
 
-        def reach(choice: Choice) -> float:
+        def reach(choice: LandmarkChoice) -> float:
             rows = choose_landmarks(x, 20, choice, np.random.default_rng(1))
             d = np.linalg.norm(x[:, None] - x[rows][None], axis=2).min(axis=1)
             return float((d**2).mean())

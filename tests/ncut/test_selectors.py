@@ -9,14 +9,13 @@ from geohue import GeohueError
 from geohue.compute.parallel import Workers
 from geohue.ncut.nystrom import NystromCut, nystrom_cut
 from geohue.ncut.selectors import (
-    SELECTORS,
-    Selector,
     choose_k,
     eigengap,
     elongated_kmeans,
     rotation_cost,
     self_tuning,
 )
+from geohue.settings.cut import SELECTORS, Selector
 
 
 def cut_of(x: np.ndarray, m: int = 11) -> NystromCut:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -17,7 +15,7 @@ from geohue.baselines import BASELINES
 from geohue.features import CUES
 from geohue.segmentation.clusterers import METHODS
 
-LIGHT = replace(PRESETS["paper"], landmarks=60, draft_points=2000)
+LIGHT = PRESETS["paper"].changed(landmarks=60, draft_points=2000)
 law = settings(
     deadline=None, max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
@@ -182,7 +180,7 @@ class TestLaws:
     ) -> None:
         scene, _ = three_boxes
         for weight, near, cues in ((0.0, 1e-6, "color"), (np.inf, 1e6, "geometry")):
-            alone = segment(scene, 2, cues=cues, preset=LIGHT)  # type: ignore[arg-type]
+            alone = segment(scene, 2, cues=cues, preset=LIGHT)
             assert alone.weight == weight
             assert np.array_equal(alone.labels, segment(scene, 2, weight, LIGHT).labels)
             assert agreement(alone.labels, segment(scene, 2, near, LIGHT).labels) > 0.999
@@ -208,7 +206,7 @@ class TestLaws:
         self, three_boxes: tuple[Scene, NDArray[np.int32]]
     ) -> None:
         scene, truth = three_boxes
-        fine = replace(PRESETS["paper"], weights=tuple(2.0 ** (e / 4) for e in range(-16, 17)))
+        fine = PRESETS["paper"].changed(weights=tuple(2.0 ** (e / 4) for e in range(-16, 17)))
         one, two = segment(scene, 3), segment(scene, 3, preset=fine)
         assert agreement(one.labels, two.labels) > 0.99
         assert max(q for _, q in two.weight_curve) - max(q for _, q in one.weight_curve) < 0.02

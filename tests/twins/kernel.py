@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 Array = NDArray[np.floating[Any]]
 
 
-def gram(c: Array, to_degree: Array) -> Array:
-    """C^T D^-1 C with the degrees max(C @ to_degree, 1)."""
-    degree = np.maximum(c @ to_degree, 1)
-    return np.asarray((c / degree[:, None]).T @ c)
+def gram(c: Array, to_degree: Array, weights: Array | None = None) -> Array:
+    """C^T W D^-1 C with the degrees max(C @ to_degree, weights)."""
+    w = np.ones(len(c)) if weights is None else weights
+    degree = np.maximum(c @ to_degree, w)
+    return np.asarray((c * (w / degree)[:, None]).T @ c)
 
 
 def nearest(c: Array, basis: Array, centers: Array) -> NDArray[np.int64]:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from geohue import PRESETS, Scene, segment
 from geohue.compute.parallel import Workers, workers
+from geohue.settings.weight import HALF_OCTAVES
 from geohue.weight.agreement import BorderContrast, weight_by_agreement
 from geohue.weight.likeness import distances
-from geohue.weight.search import HALF_OCTAVES
 from twins import agreement as twin
 
 ALONE = Workers(None)
@@ -131,9 +131,9 @@ def test_in_the_driver(three_boxes: tuple[Scene, NDArray[np.int32]]) -> None:
     assert result.weight in HALF_OCTAVES
     assert [w for w, _ in result.weight_curve] == list(HALF_OCTAVES)
     quick = segment(scene, 3, preset="fast")
-    assert [w for w, _ in quick.weight_curve] == list(PRESETS["fast"].compared)
-    assert PRESETS["best"].weight_rule == PRESETS["fast"].weight_rule == "consensus"
-    assert PRESETS["paper"].weight_rule == "quality"
+    assert [w for w, _ in quick.weight_curve] == list(PRESETS["fast"].weight.compared)
+    assert PRESETS["best"].weight.rule == PRESETS["fast"].weight.rule == "consensus"
+    assert PRESETS["paper"].weight.rule == "quality"
     fast = segment(scene, 3, preset="fast")
     assert segment(scene, 3, "quality", "fast").weight_curve != fast.weight_curve
 

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geohue.compute.parallel import Workers, workers
-from geohue.weight.search import COARSE, search_weight
+from geohue.settings.weight import COARSE
+from geohue.weight.search import search_weight
 
 ALONE = Workers(None)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.compute.parallel import Workers, workers
-from geohue.features import CUES, Cues, Features
+from geohue.features import CUES, Features
 from geohue.scene import Scene
 
 
@@ -69,7 +69,7 @@ class Baseline:
     """
 
     name: str
-    cues: tuple[Cues, ...]
+    cues: tuple[str, ...]
     module: str
     needs_grid: bool = False
     uses_weight: bool = False

@@ -10,6 +10,7 @@ import typer
 from geohue.cli import options
 from geohue.cli.console import print_json, read_camera, read_weight, warn, whole_or_auto
 from geohue.cli.jobs import check_place, job_bar
+from geohue.settings import PAPER_METHOD
 
 if TYPE_CHECKING:
     from geohue.jobs.ledger import Row
@@ -30,7 +31,7 @@ def batch(
     weight: options.Weight = "auto",
     cues: options.Cues = "fusion",
     preset: options.Preset = "paper",
-    method: options.Method = "nncsc",
+    method: options.Method = PAPER_METHOD,
     seed: options.Seed = 0,
     components: options.Components = False,
     fill: options.Fill = True,
@@ -65,7 +66,7 @@ def batch(
         wanted_k,
         wanted_weight,
         preset,
-        cues,  # type: ignore[arg-type]  # checked there, with the choices named
+        cues,  # checked there, with the choices named
         method,
         seed,
         components,

@@ -11,6 +11,7 @@ from geohue.cli import options
 from geohue.cli.console import whole_or_auto
 from geohue.cli.jobs import check_place, job_bar
 from geohue.errors import GeohueError
+from geohue.settings import PAPER_METHOD
 
 if TYPE_CHECKING:
     from geohue.studies.benchmark.trials import Trial
@@ -23,7 +24,7 @@ def benchmark(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Where results go.")],
     methods: Annotated[
         str, typer.Option(help="Methods, with commas between; all for every one.")
-    ] = "nncsc",
+    ] = PAPER_METHOD,
     cues: Annotated[str, typer.Option(help="fusion, color, geometry, or all.")] = "fusion",
     presets: Annotated[str, typer.Option(help="paper, fast, best, or all.")] = "paper",
     k: options.Count = "auto",
@@ -89,7 +90,7 @@ def benchmark(
 def _plan(methods: str, cues: str, presets: str) -> list[Trial]:
     from geohue.baselines import BASELINES
     from geohue.features import CUES
-    from geohue.segmentation.presets import PRESETS
+    from geohue.settings import PRESETS
     from geohue.studies.benchmark.trials import OWN, plan
 
     return plan(

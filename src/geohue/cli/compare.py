@@ -40,7 +40,10 @@ def compare(
         str, typer.Option(metavar="A,B,..", help="The columns: fusion, color, geometry, or all.")
     ] = "all",
     k: Annotated[
-        str, typer.Option("-k", metavar="auto|INT", help="Number of segments, where it is told.")
+        str,
+        typer.Option(
+            "-k", metavar="auto|INT", help="Number of segments, for methods that take it."
+        ),
     ] = "auto",
     gt: Annotated[
         Path | None, typer.Option(metavar="LABELS", help="True labels (PNG, 0 = none; or NPY).")

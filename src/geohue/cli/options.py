@@ -9,6 +9,7 @@ import typer
 
 from geohue.cli.console import read_camera
 from geohue.errors import GeohueError
+from geohue.settings import PAPER_METHOD
 
 if TYPE_CHECKING:
     from geohue.scene import Scene
@@ -193,7 +194,7 @@ def load_scene(
 def check_pieces(option: str, method: str, components: bool, **others: Any) -> None:
     """Raise an error if something is given that a cloud in pieces, as of `option`, cannot have."""
     _leave_out(option, **others)
-    if components or method != "nncsc":
+    if components or method != PAPER_METHOD:
         wish = "--components" if components else f"--method {method}"
         raise GeohueError(f"{wish} needs the whole cloud in memory: leave out {wish} or {option}")
 

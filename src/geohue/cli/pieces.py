@@ -75,7 +75,7 @@ def segment_pieces(
             k,
             weight,
             preset,
-            cues,  # type: ignore[arg-type]  # checked by the library, with the choices named
+            cues,  # checked by the library, with the choices named
             seed,
             memory=memory,
             processes=processes,

@@ -10,6 +10,7 @@ import typer
 from geohue.cli import options
 from geohue.cli.console import print_json, read_weight, stage_bar, warn, whole_or_auto
 from geohue.cli.pieces import segment_pieces, too_large
+from geohue.settings import PAPER_METHOD
 
 
 def segment(
@@ -29,7 +30,7 @@ def segment(
     weight: options.Weight = "auto",
     cues: options.Cues = "fusion",
     preset: options.Preset = "paper",
-    method: options.Method = "nncsc",
+    method: options.Method = PAPER_METHOD,
     seed: options.Seed = 0,
     components: options.Components = False,
     fill: options.Fill = True,
@@ -57,7 +58,7 @@ def segment(
     wishes = {"memory": memory, "processes": processes, "scheduler": scheduler}
     asked = [f"--{name}" for name, wish in wishes.items() if wish is not None]
     asked += ["--resume"] if resume else []
-    note = None if asked or components or method != "nncsc" else too_large(source)
+    note = None if asked or components or method != PAPER_METHOD else too_large(source)
     if asked or note is not None:
         options.check_pieces(
             asked[0] if asked else "reading in pieces (the cloud does not fit in memory)",
@@ -123,7 +124,7 @@ def segment(
             wanted_k,
             wanted_weight,
             preset,
-            cues,  # type: ignore[arg-type]  # checked by the library, with the choices named
+            cues,  # checked by the library, with the choices named
             method,
             seed,
             components=components,

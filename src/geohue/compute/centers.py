@@ -21,13 +21,14 @@ def squared_distance(a: NDArray[np.float64], i: int, b: NDArray[np.float64], j: 
 @compiled
 def assign(
     rows: NDArray[np.float64],
+    weights: NDArray[np.float64],
     centers: NDArray[np.float64],
     labels: NDArray[np.int32],
     sums: NDArray[np.float64],
 ) -> tuple[bool, float]:
-    """Label each row with its nearest centre and add it to that centre's sums, count first.
+    """Label each row with its nearest centre and add it to that centre's sums, weight first.
 
-    Returns whether a label changed, and the sum of the squared distances.
+    Returns whether a label changed, and the weighted sum of the squared distances.
     """
     sums[:] = 0.0
     changed, cost = False, 0.0
@@ -39,29 +40,30 @@ def assign(
                 least, nearest = distance, q
         changed |= labels[i] != nearest
         labels[i] = nearest
-        cost += least
-        sums[nearest, 0] += 1.0
+        cost += weights[i] * least
+        sums[nearest, 0] += weights[i]
         for c in range(rows.shape[1]):
-            sums[nearest, c + 1] += rows[i, c]
+            sums[nearest, c + 1] += weights[i] * rows[i, c]
     return changed, cost
 
 
 @compiled
 def move_centers(
     rows: NDArray[np.float64],
+    weights: NDArray[np.float64],
     centers: NDArray[np.float64],
     steps: int,
     labels: NDArray[np.int32],
     sums: NDArray[np.float64],
 ) -> float:
     """Move the centres until no label changes; returns the cost. `labels` begin as -1."""
-    _, cost = assign(rows, centers, labels, sums)
+    _, cost = assign(rows, weights, centers, labels, sums)
     for _ in range(steps):
         for q in range(len(centers)):
             if sums[q, 0] > 0:
                 for c in range(rows.shape[1]):
                     centers[q, c] = sums[q, c + 1] / sums[q, 0]
-        changed, cost = assign(rows, centers, labels, sums)
+        changed, cost = assign(rows, weights, centers, labels, sums)
         if not changed:
             break
     return cost
@@ -70,21 +72,22 @@ def move_centers(
 @compiled
 def draw_seeds(
     rows: NDArray[np.float64],
+    weights: NDArray[np.float64],
     draws: NDArray[np.float64],
     distance: NDArray[np.float64],
     chosen: NDArray[np.int64],
 ) -> None:
-    """Add to ``chosen[0]`` a row for each draw, with chances as the squared distances."""
+    """Add to ``chosen[0]`` a row for each draw, with chances as the weighted squared distances."""
     distance[:] = np.inf
     for n in range(len(draws)):
         total = 0.0
         for i in range(len(rows)):
             distance[i] = min(distance[i], squared_distance(rows, i, rows, chosen[n]))
-            total += distance[i]
+            total += weights[i] * distance[i]
         left = draws[n] * total
         chosen[n + 1] = len(rows) - 1
         for i in range(len(rows)):
-            left -= distance[i]
+            left -= weights[i] * distance[i]
             if left < 0:
                 chosen[n + 1] = i
                 break

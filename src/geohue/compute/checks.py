@@ -86,7 +86,7 @@ def check_cloud_colors(colors: NDArray[np.generic], shape: tuple[int, ...]) -> N
 
 
 def centered(xyz: NDArray[np.generic]) -> NDArray[np.float32]:
-    """Cast to float32; geo-referenced coordinates lose their offset, which no result depends on."""
+    """Cast to float32, after the offset of map coordinates is taken off: no label depends on it."""
     points = xyz.astype(np.float64)
     finite = np.isfinite(points).all(axis=-1)
     points[~finite] = np.nan

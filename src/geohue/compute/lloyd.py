@@ -35,7 +35,10 @@ def nearest_center(rows: Floats, centers: Floats) -> NDArray[np.int32]:
 
 
 def lloyd(
-    rows: NDArray[np.float64], centers: NDArray[np.float64], steps: int = 30
+    rows: NDArray[np.float64],
+    centers: NDArray[np.float64],
+    steps: int = 30,
+    weights: NDArray[np.float64] | None = None,
 ) -> tuple[NDArray[np.float64], float]:
     """Move the centres to the means of their rows until no label changes.
 
@@ -46,12 +49,14 @@ def lloyd(
         Where to start; a centre that loses all its rows stays where it is.
     steps : int
         Most steps.
+    weights : (M,) float64, optional
+        As how many rows each counts; by default 1.
 
     Returns
     -------
     centers : (K, D) float64
     cost : float
-        Sum of the squared distances to the nearest centre.
+        Weighted sum of the squared distances to the nearest centre.
     """
     from geohue.compute.centers import move_centers
 
@@ -59,19 +64,25 @@ def lloyd(
     moved = np.array(centers, np.float64)
     labels = np.full(len(rows), -1, np.int32)
     scratch = np.empty((k, d + 1))
-    cost = move_centers(np.ascontiguousarray(rows), moved, steps, labels, scratch)
+    w = np.ones(len(rows)) if weights is None else weights
+    cost = move_centers(np.ascontiguousarray(rows), w, moved, steps, labels, scratch)
     return moved, float(cost)
 
 
 def spread_seeds(
-    rows: NDArray[np.float64], k: int, rng: np.random.Generator
+    rows: NDArray[np.float64],
+    k: int,
+    rng: np.random.Generator,
+    weights: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Draw k rows far from each other: k-means++ (Arthur and Vassilvitskii 2007).
 
+    A weight raises the chance of a row, but not of the first one, which is any.
     Takes the same number of draws from `rng` whatever the data are.
     """
     from geohue.compute.centers import draw_seeds
 
     chosen = np.full(k, rng.integers(len(rows)))
-    draw_seeds(np.ascontiguousarray(rows), rng.random(k - 1), np.empty(len(rows)), chosen)
+    w = np.ones(len(rows)) if weights is None else weights
+    draw_seeds(np.ascontiguousarray(rows), w, rng.random(k - 1), np.empty(len(rows)), chosen)
     return rows[chosen]

@@ -8,97 +8,85 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.parallel import Workers
 from geohue.consensus.contrast import join_faint
+from geohue.consensus.voters import Voter
 from geohue.consensus.votes import count_votes, join_by_votes
+from geohue.errors import GeohueError
 from geohue.features import Features
-from geohue.ncut.cutter import Cutter
+from geohue.prepared import PreparedScene
 from geohue.regions.graph import PairGraph
-from geohue.scene import Scene
 from geohue.weight.likeness import distances_from
-from geohue.weight.search import BALANCES
-
-LEAST = 0.15
-"""Share of the cuts that must draw a border for it to stay."""
-
-CLEAR = 0.6
-"""Share times contrast that it must have (`join_faint`)."""
 
 Labels = NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Consensus:
-    """What the cuts agree on.
+    """What the voters agree on.
 
     Attributes
     ----------
     labels : (h, w) or (m,) int32
         Segments of the draft, connected but for gaps; -1 where it has no point.
     weight : float
-        The voter whose cuts are most like them.
+        That of the voter whose maps are most like them, NaN if it has none.
     """
 
     labels: Labels
     weight: float
 
 
-def find_consensus(
-    cutter: Cutter,
-    draft: Scene,
-    k_max: int,
-    min_region: float,
-    workers: Workers,
-    voters: Sequence[float] = BALANCES,
-    least: float = LEAST,
-    clear: float = CLEAR,
-) -> Consensus:
-    """Cut the draft by several weights into 2 to `k_max` segments each, and keep what they share.
+def find_consensus(voters: Sequence[Voter], prepared: PreparedScene) -> Consensus:
+    """Let voters segment the draft, and keep the borders that enough of them draw.
 
-    Each cut votes for its borders, those of small regions left out. Neighbouring points are joined
-    while fewer than `least` of the cuts part them (`join_by_votes`), then the regions between which
+    Each map votes for its borders, those of small regions left out. Neighbouring points are joined
+    while fewer than `least` of the maps part them (`join_by_votes`), then the regions between which
     there is little to be seen (`join_faint`).
 
     Parameters
     ----------
-    cutter : Cutter
-        The cuts.
-    draft : Scene
-        The points that they cut.
-    k_max : int
-        Most segments of one cut; the consensus can have more.
-    min_region : float
-        Share of the points below which a region joins what is around it; `SMALLEST` at the least.
-    workers : Workers
-        Threads to use.
-    voters : sequence of float
-        The weights, 0 to infinity.
-    least : float
-        Share of the votes with which a border stays.
-    clear : float
-        Share times contrast with which it stays.
+    voters : sequence of Voter
+        Who votes: normalized cuts of several weights (`make_voters`), or any other.
+    prepared : PreparedScene
+        The scene; its settings `least`, `clear`, `smallest` and `min_region` count.
 
     Returns
     -------
     Consensus
+
+    Raises
+    ------
+    GeohueError
+        If a voter gives labels of another shape than the draft.
     """
-    counts = range(2, k_max + 1)
-    by_voter = list(workers.map(lambda weight: cutter.draft_cuts(weight, counts), voters))
-    weights = [weight for weight, cuts in zip(voters, by_voter, strict=True) for _ in cuts]
-    if not weights:  # no voter can tell two points apart
+    draft, workers, rules = prepared.draft, prepared.workers, prepared.settings.consensus
+    by_voter = list(workers.map(lambda voter: checked_maps(voter, prepared), voters))
+    owner = np.array([i for i, maps in enumerate(by_voter) for _ in maps])
+    if len(owner) == 0:  # no voter can tell two points apart
         return Consensus(np.where(draft.valid, 0, -1).astype(np.int32), 1.0)
-    graph = PairGraph.of(draft, min_region)
-    cuts = list(workers.map(graph.tidied, [labels for cuts in by_voter for labels in cuts]))
-    share = count_votes(cuts, graph.one, graph.other)
-    joined = join_by_votes(graph.one, graph.other, share, draft.size, least)
+    graph = PairGraph.of(draft, prepared.settings.min_region, rules.smallest)
+    maps = list(workers.map(graph.tidied, [labels for maps in by_voter for labels in maps]))
+    share = count_votes(maps, graph.one, graph.other)
+    joined = join_by_votes(graph.one, graph.other, share, draft.size, rules.least)
     labels = graph.known(graph.tidied(graph.known(joined.reshape(draft.shape))))
     one, other, real = graph.real_pairs()
-    labels = join_faint(
-        labels, one, other, balanced_steps(cutter.draft, one, other), share[real], clear
-    )
-    distance = distances_from(labels, cuts)
-    mean = {weight: distance[np.equal(weights, weight)].mean() for weight in weights}
-    return Consensus(labels, min(mean, key=mean.__getitem__))
+    steps = balanced_steps(prepared.draft_features, one, other)
+    labels = join_faint(labels, one, other, steps, share[real], rules.clear)
+    distance = distances_from(labels, maps)
+    mean = {i: distance[owner == i].mean() for i in np.unique(owner).tolist()}
+    return Consensus(labels, float(voters[min(mean, key=mean.__getitem__)].weight))
+
+
+def checked_maps(voter: Voter, prepared: PreparedScene) -> list[Labels]:
+    """Return the maps of a voter, which must be as the draft."""
+    maps = [np.asarray(labels, np.int32) for labels in voter.maps(prepared)]
+    for labels in maps:
+        if labels.shape != prepared.draft.shape:
+            raise GeohueError(
+                f"a voter ({type(voter).__name__}) gave labels of shape {labels.shape}; "
+                f"expected {prepared.draft.shape}, as the draft"
+            )
+    return maps
 
 
 def balanced_steps(

@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.parallel import Workers
-from geohue.features import Features
+from geohue.prepared import PreparedScene
 from geohue.regions.adjacency import first_of_each, nearest_known
 from geohue.scene import Scene
 
@@ -22,9 +21,7 @@ Source = Callable[[NDArray[np.int64]], NDArray[np.int64]]
 _BLOCK = 65_536
 
 
-def spread(
-    labels: Labels, draft: NDArray[np.int64], scene: Scene, features: Features, workers: Workers
-) -> Labels:
+def spread(labels: Labels, prepared: PreparedScene) -> Labels:
     """Give each point the label of the nearby point of the draft that it is most like.
 
     Nearby are the four points of the draft around it, likeness is the distance of the balanced
@@ -34,14 +31,8 @@ def spread(
     ----------
     labels : (h, w) or (m,) int32
         Labels of the draft, -1 where it has no point.
-    draft : int64, shape of `labels`
-        Its flat positions in the scene (`Scene.thinning`).
-    scene : Scene
-        The scene.
-    features : Features
-        Its features.
-    workers : Workers
-        Threads to use.
+    prepared : PreparedScene
+        The scene and its draft.
 
     Returns
     -------
@@ -50,16 +41,17 @@ def spread(
 
     Examples
     --------
-    >>> from geohue.features import extract_features
-    >>> from geohue.compute.parallel import workers
+    >>> from geohue.prepared import prepare_scene
+    >>> from geohue.settings import Preset
     >>> rgb = np.zeros((4, 8, 3), np.uint8)
     >>> rgb[:, 5:] = 255
-    >>> scene = Scene.from_rgbd(rgb, np.ones((4, 8)))
-    >>> draft = np.array([[9, 11, 13, 15], [25, 27, 29, 31]])
-    >>> with workers(1) as team:
-    ...     spread((draft % 8 > 4).astype(np.int32), draft, scene, extract_features(scene), team)[0]
+    >>> prepared = prepare_scene(Scene.from_rgbd(rgb, np.ones((4, 8))), Preset(draft_points=8))
+    >>> prepared.positions.tolist()
+    [[9, 11, 13, 15], [25, 27, 29, 31]]
+    >>> spread((prepared.positions % 8 > 4).astype(np.int32), prepared)[0]
     array([0, 0, 0, 0, 0, 1, 1, 1], dtype=int32)
     """
+    scene, draft, features = prepared.scene, prepared.positions, prepared.features
     flat = labels.reshape(-1)
     if draft.size == scene.size:
         whole = np.empty(scene.size, np.int32)
@@ -83,7 +75,7 @@ def spread(
         choices[torn, 0] = choices[torn, nearest]
         return choices[:, 0]
 
-    parts = workers.map_blocks(choose, len(features), _BLOCK)
+    parts = prepared.workers.map_blocks(choose, len(features), _BLOCK)
     return features.to_scene(np.concatenate(list(parts)))
 
 

@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 
 from geohue.compute.labels import relabel
 from geohue.compute.parallel import Workers
-from geohue.features import Cues
+from geohue.features import Raw
 from geohue.large.moments import Moments
 from geohue.large.vectors import Standard, raw_values
 from geohue.ncut.cutter import Cutter
 from geohue.ncut.model import CutModel
+from geohue.prepared import PreparedScene
 from geohue.scene import Scene
-from geohue.segmentation.choice import Choice, Count, Weight, check_count
-from geohue.segmentation.presets import Preset
+from geohue.segmentation.choice import Chooser, Count, Weight, check_count
 from geohue.segmentation.result import StageClock
+from geohue.settings import Preset
 from geohue.weight.quality import QualityMetric
 from geohue.weight.search import Curve
 
@@ -85,7 +86,7 @@ def fit(
     k: Count,
     weight: Weight,
     settings: Preset,
-    cues: Cues,
+    cues: str,
     seed: int,
     team: Workers,
     clock: StageClock,
@@ -122,13 +123,13 @@ def fit(
     known, values = raw_values(xyz, scene.colors, cues)
     features = standard.features(values, known)
     check_count(len(features), k)
-    draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
-    cutter = Cutter(features, draft, settings, team, seed, settings.k_max if k == "auto" else k)
-    choice = Choice(cutter, cutter, scene, draft, settings, team)
+    prepared = PreparedScene.of(Raw(scene), features, settings, seed, team)
+    cutter = Cutter(prepared, settings.cut.k_max if k == "auto" else k)
+    chooser = Chooser(prepared, cutter, cutter)
     with clock.stage("k"):
-        n = choice.k(k, weight, cues)
+        n = chooser.k(k, weight)
     with clock.stage("weight"):
-        lam, curve = choice.weight(weight, cues, n)
+        lam, curve = chooser.weight(weight, n)
     with clock.stage("cut"):
         model = cutter.model(lam, n)
     found = model.labels(features.mixed(lam), team)

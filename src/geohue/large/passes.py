@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.features import Cues
 from geohue.large.fit import Fitted
 from geohue.large.moments import Moments, merge
 from geohue.large.sample import SAMPLE_ROW
@@ -44,7 +43,7 @@ class MeasureJob:
     source: Chunks
     start: int
     stop: int
-    cues: Cues
+    cues: str
     rows: NDArray[np.int64]
 
 

@@ -14,6 +14,7 @@ from geohue.results.picture import picture
 from geohue.results.png import write_png
 from geohue.scene import Scene
 from geohue.segmentation.result import Segmentation
+from geohue.settings import PAPER_METHOD
 
 
 def draw(folder: Path, sample: NDArray[np.void], fitted: Fitted, result: FileSegmentation) -> None:
@@ -27,7 +28,7 @@ def draw(folder: Path, sample: NDArray[np.void], fitted: Fitted, result: FileSeg
         result.weight,
         result.quality,
         result.weight_curve,
-        "nncsc",
+        PAPER_METHOD,
         result.preset,
         result.cues,
         result.seed,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from geohue._version import __version__
-from geohue.features import Cues
+from geohue.settings import PAPER_METHOD
 from geohue.weight.search import Curve
 
 
@@ -48,7 +48,7 @@ class FileSegmentation:
     quality: float | None
     weight_curve: Curve
     preset: str
-    cues: Cues
+    cues: str
     seed: int
     n_points: int
     n_sample: int
@@ -59,7 +59,7 @@ class FileSegmentation:
         """Return all of it, ready for JSON (a weight not finite becomes None)."""
         return {
             "version": __version__,
-            "method": "nncsc",
+            "method": PAPER_METHOD,
             "preset": self.preset,
             "cues": self.cues,
             "seed": self.seed,

@@ -12,14 +12,14 @@ from typing import Any, Literal
 from geohue._version import __version__
 from geohue.compute.parallel import cores
 from geohue.errors import GeohueError
-from geohue.features import CUES, Cues
+from geohue.features import CUES
 from geohue.jobs.lock import only_run
 from geohue.large.fit import Decision, Fitted
 from geohue.large.memory import parse_memory, processes_within
 from geohue.large.pictures import draw
 from geohue.large.result import FileSegmentation
 from geohue.large.sample import SAMPLE
-from geohue.large.stages import Crew, Progress, Question, decide, label_all, measure_all
+from geohue.large.stages import JobRunner, Progress, Question, decide, label_all, measure_all
 from geohue.large.state import State, has_state
 from geohue.large.targets import plan_targets, publish
 from geohue.read.clouds.chunk import Chunks
@@ -27,8 +27,8 @@ from geohue.read.clouds.chunks import open_chunks
 from geohue.read.files import broken, read_bytes
 from geohue.results.atomic import atomic_write
 from geohue.segmentation.choice import Weight, check_arguments, shortfalls
-from geohue.segmentation.presets import Preset, preset_named
 from geohue.segmentation.result import StageClock
+from geohue.settings import PAPER_METHOD, Preset, preset_named
 
 
 def segment_file(
@@ -37,7 +37,7 @@ def segment_file(
     k: int | Literal["auto"] = "auto",
     weight: Weight = "auto",
     preset: str | Preset = "paper",
-    cues: Cues = "fusion",
+    cues: str = "fusion",
     seed: int = 0,
     *,
     memory: str | int | None = None,
@@ -101,7 +101,7 @@ def segment_file(
     question = Question(k, weight, preset_named(preset), cues, seed)
     _check(question, processes)
     allowed = None if memory is None else parse_memory(memory)
-    crew = Crew(processes_within(allowed, processes or cores()), scheduler, progress)
+    runner = JobRunner(processes_within(allowed, processes or cores()), scheduler, progress)
     folder, source = Path(out), open_chunks(Path(path).absolute())
     if not source.has_colors and cues != "geometry":
         raise broken(path, "has no colours; export the cloud with red, green and blue")
@@ -114,10 +114,10 @@ def segment_file(
     with only_run(folder):
         state, clock = State(folder, identity, resume), StageClock()
         with clock.stage("measure"):
-            moments = measure_all(source, state, question, crew)
-        fitted, decision = decide(source, state, moments, question, clock, crew)
+            moments = measure_all(source, state, question, runner)
+        fitted, decision = decide(source, state, moments, question, clock, runner)
         with clock.stage("label"):
-            counts = label_all(source, state, fitted, targets, crew)
+            counts = label_all(source, state, fitted, targets, runner)
         publish(targets)
         name = preset if isinstance(preset, str) else "custom"
         result = _result(folder, source, question, name, fitted, decision, counts, clock)
@@ -133,7 +133,7 @@ RESULT = "result.json"
 
 
 def _check(question: Question, processes: int | None) -> None:
-    check_arguments(question.k, question.weight, question.seed, "nncsc")
+    check_arguments(question.k, question.weight, question.seed, PAPER_METHOD)
     if question.weight == "consensus":
         raise GeohueError(
             'weight="consensus" needs the whole cloud in memory, and this one goes through in '

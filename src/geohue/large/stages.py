@@ -11,7 +11,6 @@ import numpy as np
 
 from geohue.compute.parallel import workers
 from geohue.errors import GeohueError
-from geohue.features import Cues
 from geohue.jobs.pool import Outcome, run_jobs
 from geohue.large.fit import Decision, Fitted, fit
 from geohue.large.moments import Moments, merge
@@ -23,8 +22,8 @@ from geohue.read.clouds.chunk import Chunks
 from geohue.read.files import broken
 from geohue.scene import Scene
 from geohue.segmentation.choice import Weight
-from geohue.segmentation.presets import Preset
 from geohue.segmentation.result import StageClock
+from geohue.settings import Preset
 
 WORTH = 10
 """Stretches that pay for the start of a process: it takes as long as five of them."""
@@ -51,12 +50,12 @@ class Question:
     k: int | Literal["auto"]
     weight: Weight
     settings: Preset
-    cues: Cues
+    cues: str
     seed: int
 
 
 @dataclass(frozen=True, slots=True)
-class Crew:
+class JobRunner:
     """Who does the jobs of a pass, and who is told.
 
     Attributes
@@ -110,7 +109,7 @@ class Crew:
             self.progress(stage, done, n_points)
 
 
-def measure_all(source: Chunks, state: State, question: Question, crew: Crew) -> Moments:
+def measure_all(source: Chunks, state: State, question: Question, runner: JobRunner) -> Moments:
     """Measure every stretch that was not; returns the moments of the whole."""
     rows = sample_positions(source.n_points, SAMPLE, question.seed)
     slots = {
@@ -123,7 +122,7 @@ def measure_all(source: Chunks, state: State, question: Question, crew: Crew) ->
         for start, stop in stretches(source.n_points)
         if start not in known
     ]
-    for job, (moments, sample) in crew.complete("measure", measure, jobs, source.n_points):
+    for job, (moments, sample) in runner.complete("measure", measure, jobs, source.n_points):
         state.add_measured(job.start, moments, slots[job.start].start, sample, len(rows))
     known = state.measured()
     return merge(known[start] for start, _ in stretches(source.n_points))
@@ -135,13 +134,13 @@ def decide(
     moments: Moments,
     question: Question,
     clock: StageClock,
-    crew: Crew,
+    runner: JobRunner,
 ) -> tuple[Fitted, Decision]:
     """Fit the cut on the sample, or return the one that was."""
     kept = state.fit()
     if kept is not None:
         return kept
-    crew.tell("fit", 0, source.n_points)
+    runner.tell("fit", 0, source.n_points)
     sample = state.sample()
     if moments.count == 0 or not (
         question.cues == "color" or np.isfinite(sample["xyz"]).all(1).any()
@@ -162,7 +161,7 @@ def decide(
             clock,
         )
     state.keep_fit(fitted, decision)
-    crew.tell("fit", source.n_points, source.n_points)
+    runner.tell("fit", source.n_points, source.n_points)
     return fitted, decision
 
 
@@ -171,7 +170,7 @@ def label_all(
     state: State,
     fitted: Fitted,
     targets: dict[Path, tuple[Target, bytes]],
-    crew: Crew,
+    runner: JobRunner,
 ) -> list[int]:
     """Label every stretch that was not; returns the points of each segment, and of none last."""
     done = state.labelled()
@@ -192,7 +191,7 @@ def label_all(
         for start, stop in stretches(source.n_points)
         if start not in done
     ]
-    for job, counts in crew.complete("label", label, jobs, source.n_points):
+    for job, counts in runner.complete("label", label, jobs, source.n_points):
         state.add_labelled(job.start, counts)
     done = state.labelled()
     return [int(n) for n in np.sum([done[start] for start in starts], axis=0)]

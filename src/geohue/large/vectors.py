@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.features import FLOOR, SAME_COLOR, SAME_PLACE, Cues, Features, lab_of
+from geohue.features import FLOOR, SAME_COLOR, SAME_PLACE, Block, Features, lab_of
 from geohue.large.moments import Moments
 
 _COLOR, _GEOMETRY = slice(0, 3), slice(3, 6)
 
 
 def raw_values(
-    xyz: NDArray[np.float64], rgb: NDArray[np.uint8], cues: Cues
+    xyz: NDArray[np.float64], rgb: NDArray[np.uint8], cues: str
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """Return which points take part, and L, a, b, x, y, z of those.
 
@@ -61,10 +61,10 @@ class Standard:
 
     mean: NDArray[np.float64]
     sigma: NDArray[np.float64]
-    cues: Cues
+    cues: str
 
     @classmethod
-    def of(cls, moments: Moments, cues: Cues) -> Standard:
+    def of(cls, moments: Moments, cues: str) -> Standard:
         """Return the standard of a cloud with these moments of its `raw_values`."""
         sigma = np.zeros(2)
         for i, part in enumerate((_COLOR, _GEOMETRY)):
@@ -93,8 +93,12 @@ class Standard:
             centred = values[:, part] - self.mean[part]
             scaled = centred / sigma if sigma > 0 else np.zeros_like(centred)
             parts.append(np.ascontiguousarray(scaled, np.float32))
+        blocks = (
+            Block("color", "color", parts[0], used=self.cues != "geometry"),
+            Block("geometry", "geometry", parts[1], used=self.cues != "color"),
+        )
         index = np.flatnonzero(known)
-        return Features(parts[0], parts[1], index, known.shape, self.cues, self.notes)
+        return Features(blocks, index, known.shape, self.cues, self.notes)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.compute.parallel import Workers
-from geohue.features import lab_of
 from geohue.merge.borders import draw_borders
+from geohue.prepared import PreparedScene
 from geohue.scene import Scene
 
 NEAREST = 4
@@ -21,9 +21,7 @@ Labels = NDArray[np.int32]
 _BLOCK = 65_536
 
 
-def carry(
-    regions: Labels, segments: Labels, draft: NDArray[np.int64], scene: Scene, workers: Workers
-) -> Labels:
+def carry(regions: Labels, segments: Labels, prepared: PreparedScene) -> Labels:
     """Give each point of a scene a region of the draft.
 
     On a grid borders are drawn between segments (`draw_borders`). A point of a cloud takes the
@@ -36,18 +34,15 @@ def carry(
         Fine regions of the draft, none missing.
     segments : (R,) int32
         The segment of each region.
-    draft : int64, shape of `regions`
-        Positions in the scene (`Scene.thinning`).
-    scene : Scene
-        The scene.
-    workers : Workers
-        Threads to use.
+    prepared : PreparedScene
+        The scene and its draft.
 
     Returns
     -------
     (H, W) or (N,) int32
         A region for each point with a position, or for each point where none has one; -1 elsewhere.
     """
+    scene, draft, workers = prepared.scene, prepared.positions, prepared.workers
     known = scene.valid
     if not known.any():  # an image alone
         known = np.ones(scene.shape, bool)
@@ -56,7 +51,7 @@ def carry(
         rows, columns = draft[:, 0] // width, draft[0] % width
         with np.errstate(invalid="ignore", divide="ignore"):
             depth = np.log(scene.points[..., 2:] if scene.depth is None else scene.depth[..., None])
-        values = np.concatenate([lab_of(scene.colors), depth.astype(np.float32)], axis=-1)
+        values = np.concatenate([prepared.raw.lab, depth.astype(np.float32)], axis=-1)
         full = draw_borders(regions, segments, rows, columns, values, workers)
         return np.where(known, full, np.int32(-1))
     full = np.full(scene.size, -1, np.int32)

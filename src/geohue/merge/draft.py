@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from geohue.consensus.cut import balanced_steps
 from geohue.consensus.votes import count_votes
-from geohue.features import Cues, Features, lab_of
+from geohue.features import Features, lab_of
 from geohue.merge.evidence import Evidence, gather
 from geohue.merge.greedy import merge_all
 from geohue.merge.normals import cloud_normals, grid_normals
 from geohue.merge.oversegment import SMALLEST, K, oversegment
-from geohue.merge.score import color_share, constants
+from geohue.merge.score import Cues, color_share, constants
 from geohue.merge.table import tabulate
 from geohue.merge.tree import MergeTree
 from geohue.regions.graph import PairGraph
@@ -58,7 +58,7 @@ def merge_draft(
     """
     evidence, blurred = _evidence(graph, features, cuts)
     regions = _begin(evidence, blurred, least)
-    tree = _tree(evidence, regions, features.cues)
+    tree = _tree(evidence, regions, features)
     return regions.reshape(graph.draft.shape), tree
 
 
@@ -78,12 +78,12 @@ def merge_limbs(graph: PairGraph, features: Features, limbs: Labels) -> MergeTre
     -------
     MergeTree
     """
-    tree = _tree(_evidence(graph, features, [])[0], limbs, features.cues)
+    tree = _tree(_evidence(graph, features, [])[0], limbs, features)
     return replace(tree, scores=np.maximum(tree.scores, 0.0))
 
 
-def _tree(evidence: Evidence, regions: Labels, cues: Cues) -> MergeTree:
-    weights = constants(_share(cues, evidence, regions), cues)
+def _tree(evidence: Evidence, regions: Labels, features: Features) -> MergeTree:
+    weights = constants(_share(features, evidence, regions), _cues(features))
     merges, scores = merge_all(tabulate(evidence, regions), weights)
     return MergeTree(int(regions.max(initial=-1)) + 1, merges, scores)
 
@@ -98,8 +98,14 @@ def _begin(evidence: Evidence, lab: Floats, least: int) -> Labels:
     return regions
 
 
-def _share(cues: Cues, evidence: Evidence, regions: Labels) -> float:
-    return 0.0 if cues == "geometry" else color_share(evidence.lab, regions)
+def _cues(features: Features) -> Cues:
+    if features.is_fused:
+        return "fusion"
+    return "color" if features.uses("color") else "geometry"
+
+
+def _share(features: Features, evidence: Evidence, regions: Labels) -> float:
+    return color_share(evidence.lab, regions) if features.uses("color") else 0.0
 
 
 def _evidence(
@@ -109,10 +115,10 @@ def _evidence(
     draft = graph.draft
     one, other, far = graph.close_pairs(FAR, SMALLEST)
     lab = lab_of(draft.colors).astype(np.float64)
-    if features.cues == "geometry":
+    if not features.uses("color"):
         lab[:] = 0
     blurred = _blurred(lab) if draft.is_grid else lab
-    points, depth = _points(graph, features.cues)
+    points, depth = _points(graph, features)
     normals = grid_normals(points) if draft.is_grid else cloud_normals(points)
     flat = [cut.reshape(-1) for cut in cuts]
     evidence = gather(
@@ -130,10 +136,11 @@ def _evidence(
     return evidence, blurred.reshape(-1, 3)
 
 
-def _points(graph: PairGraph, cues: Cues) -> tuple[Floats, Floats | None]:
+def _points(graph: PairGraph, features: Features) -> tuple[Floats, Floats | None]:
     """Positions of all points, those in gaps as the nearest ones have it, and their depth."""
     draft = graph.draft
-    if cues == "color" and draft.is_grid:  # the plane of the image: no form, but extent
+    if not features.uses("geometry") and draft.is_grid:
+        # The plane of the image: no form, but extent.
         y, x = np.indices(draft.shape)
         return np.stack([x, y, 0 * x], axis=-1).astype(np.float64), None
     points = draft.points.astype(np.float64)

@@ -8,13 +8,17 @@ sets, and a user has nothing to fit.
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.features import Cues
 from geohue.merge.cues import NAMES
 
 Floats = NDArray[np.float64]
+
+Cues = Literal["fusion", "color", "geometry"]
+"""Which of the two take part."""
 
 FUSION = {
     "offset": 0.274,

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geohue.compute.arrays import Floats
-
-SCALE = 0.4
-"""Width of the Gaussian in units of the spread of the data, see `affinity`."""
+from geohue.settings.cut import SCALE
 
 FAINTEST = -40.0
 """Log-affinity below which a point counts as seen by no landmark, see `affinity`."""
@@ -23,8 +21,8 @@ def affinity(vectors: Floats, landmarks: Floats, scale: float = SCALE) -> Floats
     :math:`\sigma = s \sqrt{2 + \lambda^2}`.
 
     A point so far from all landmarks that its affinities would underflow keeps their ratios: its
-    row is raised until the largest is ``exp(FAINTEST)``. It so still belongs to its nearest
-    landmarks, and weighs nothing.
+    row is raised until the largest is ``exp(FAINTEST)``. Such a point still
+    goes to its nearest landmarks, but adds nothing to the sums.
 
     Parameters
     ----------

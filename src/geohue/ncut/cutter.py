@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from geohue.compute.arrays import Floats
 from geohue.compute.lloyd import nearest_center
 from geohue.compute.parallel import Workers
-from geohue.features import Features
 from geohue.ncut.labels import find_centers
 from geohue.ncut.landmarks import choose_landmarks
 from geohue.ncut.model import CutModel
 from geohue.ncut.nystrom import nystrom_cut, unit_rows
 from geohue.ncut.selectors import choose_k
-from geohue.ncut.settings import CutSettings
+from geohue.prepared import PreparedScene
 
 
 class Cutter:
@@ -28,16 +27,8 @@ class Cutter:
 
     Parameters
     ----------
-    features : Features
-        All points.
-    positions : (h, w) or (m,) int64
-        The draft: `Scene.thinning`.
-    settings : CutSettings
-        Landmarks, scale and labelling.
-    workers : Workers
-        Threads to use.
-    seed : int
-        The source of chance.
+    prepared : PreparedScene
+        The scene, its draft and the settings.
     n_segments : int
         Most segments that will be asked for; there are at least twice as many landmarks.
     """
@@ -46,26 +37,17 @@ class Cutter:
     uses_k = True
     prunes = False
 
-    def __init__(
-        self,
-        features: Features,
-        positions: NDArray[np.int64],
-        settings: CutSettings,
-        workers: Workers,
-        seed: int,
-        n_segments: int,
-    ) -> None:
-        self.draft = features.at(positions)
-        self._features = features
-        self._settings = settings
-        self._workers = workers
-        self._seed = seed
+    def __init__(self, prepared: PreparedScene, n_segments: int) -> None:
+        self._features, self._draft = prepared.features, prepared.draft_features
+        self._settings = settings = prepared.settings.cut
+        self._workers = prepared.workers
+        self._seed = prepared.seed
         # In the balanced mix, so that the same points serve for every weight.
         self._landmarks = choose_landmarks(
-            self.draft.mixed(1.0),
+            self._draft.mixed(1.0),
             max(settings.landmarks, 2 * n_segments),
             settings.landmark_choice,
-            np.random.default_rng(seed),
+            np.random.default_rng(self._seed),
         )
 
     def choose_k(self, weight: float) -> int:
@@ -74,7 +56,7 @@ class Cutter:
         The answer 1 is asked for twice, the second time with k-means landmarks: landmarks drawn
         at random can miss a small object, and the scene then looks like one piece.
         """
-        vectors = self.draft.mixed(weight)
+        vectors = self._draft.mixed(weight)
         k = self._choose_k(vectors, vectors[self._landmarks])
         if k > 1 or len(self._landmarks) == len(vectors):
             return k
@@ -90,8 +72,8 @@ class Cutter:
 
     def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Cut the draft; returns labels in the draft's shape, -1 where it has no point."""
-        draft = self.draft.mixed(weight)
-        return self.draft.to_scene(self._labels(draft, draft, k, Workers(None)))
+        draft = self._draft.mixed(weight)
+        return self._draft.to_scene(self._labels(draft, draft, k, Workers(None)))
 
     def draft_cuts(self, weight: float, counts: Sequence[int]) -> list[NDArray[np.int32]]:
         """Cut the draft into several numbers of segments, with the eigenvectors made once.
@@ -99,7 +81,7 @@ class Cutter:
         K-means is not restarted: one poor cut among many does no harm. Numbers above the
         directions that the points span are left out: they would repeat the last cut.
         """
-        draft, settings = self.draft.mixed(weight), self._settings
+        draft, settings = self._draft.mixed(weight), self._settings
         landmarks = draft[self._landmarks]
         cut = nystrom_cut(draft, landmarks, Workers(None), max(counts), settings.scale)
         entries = cut.kernel.project(draft, cut.basis)
@@ -110,17 +92,17 @@ class Cutter:
             rows = unit_rows(entries[:, :k])
             rng = np.random.default_rng((self._seed, 1))
             centers = find_centers(self._sample(rows), k, settings.labelling, rng, restarts=0)
-            cuts.append(self.draft.to_scene(nearest_center(rows, centers)))
+            cuts.append(self._draft.to_scene(nearest_center(rows, centers)))
         return cuts
 
     def labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Cut the scene; returns labels in its shape, -1 where it has no point."""
-        draft, vectors = self.draft.mixed(weight), self._features.mixed(weight)
+        draft, vectors = self._draft.mixed(weight), self._features.mixed(weight)
         return self._features.to_scene(self._labels(draft, vectors, k, self._workers))
 
     def model(self, weight: float, k: int) -> CutModel:
         """Fit the cut of the scene; it labels these and other points."""
-        draft, vectors = self.draft.mixed(weight), self._features.mixed(weight)
+        draft, vectors = self._draft.mixed(weight), self._features.mixed(weight)
         return self._model(draft, vectors, k, self._workers)
 
     def _labels(

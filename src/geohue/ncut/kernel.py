@@ -60,23 +60,26 @@ class Kernel:
         self._run(loops.affinities, vectors, (), out)
         return out
 
-    def column_sums(self, vectors: Floats) -> Floats:
+    def column_sums(self, vectors: Floats, weights: Floats | None = None) -> Floats:
         """Return the sum of each landmark's affinities over the points, (n,).
 
+        A point of weight w counts as w points (`weights`, (N,), positive; None: all 1).
         Faint points are not raised here, nor in `gram`: either way they add nothing.
         """
         from geohue.ncut import loops
 
         out = np.zeros(len(self), vectors.dtype)
-        loops.add_columns(_in_multiples(vectors, 3, axis=1), *self._parts(), self._row(), out)
+        x, w = _in_multiples(vectors, 3, axis=1), _weights(weights, vectors)
+        loops.add_columns(x, w, *self._parts(), self._row(), out)
         return out
 
-    def gram(self, vectors: Floats, to_degree: Floats) -> Floats:
-        """Return ``C^T D^-1 C``, (n, n), with the degrees ``max(C @ to_degree, 1)``."""
+    def gram(self, vectors: Floats, to_degree: Floats, weights: Floats | None = None) -> Floats:
+        """Return ``C^T W D^-1 C``, (n, n), with the degrees ``max(C @ to_degree, weights)``."""
         from geohue.ncut import loops
 
         c = np.empty((len(vectors), len(self)), vectors.dtype)
-        loops.normalized(_in_multiples(vectors, 3, axis=1), *self._parts(), to_degree, c)
+        x, w = _in_multiples(vectors, 3, axis=1), _weights(weights, vectors)
+        loops.normalized(x, w, *self._parts(), to_degree, c)
         return np.asarray(c.T @ c)
 
     def project(self, vectors: Floats, basis: Floats) -> Floats:
@@ -126,6 +129,13 @@ class Kernel:
             lifts(x, FAINTEST / math.log(2), *self._parts(), self._row(), lift)
             loop(x, lift, *self._parts(), *arrays, totals, raised)
             out[faint] = raised
+
+
+def _weights(weights: Floats | None, vectors: Floats) -> Floats:
+    """Return the weights in the type of the points, ones where there are none."""
+    if weights is None:
+        return np.ones(len(vectors), vectors.dtype)
+    return np.ascontiguousarray(weights, vectors.dtype)
 
 
 def _in_multiples(values: Floats, number: int, axis: int) -> Floats:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
-
 import numpy as np
 from numpy.typing import NDArray
 
 from geohue.compute.arrays import Floats
 from geohue.compute.lloyd import lloyd
 from geohue.errors import GeohueError
-
-Choice = Literal["random", "kmeans", "farthest"]
-CHOICES: tuple[Choice, ...] = get_args(Choice)
+from geohue.settings.cut import LANDMARK_CHOICES, LandmarkChoice
 
 SAMPLE = 8192
 """Points that the choices other than random look at."""
 
 
 def choose_landmarks(
-    vectors: Floats, n: int, choice: Choice, rng: np.random.Generator
+    vectors: Floats, n: int, choice: LandmarkChoice, rng: np.random.Generator
 ) -> NDArray[np.int64]:
     """Choose `n` points that represent all.
 
@@ -66,7 +62,7 @@ def choose_landmarks(
     elif choice == "farthest":
         rows = _farthest_first(vectors[sample], n, rng)
     else:
-        raise GeohueError(f"landmarks {choice!r}: choose one of {', '.join(CHOICES)}")
+        raise GeohueError(f"landmarks {choice!r}: choose one of {', '.join(LANDMARK_CHOICES)}")
     return sample[np.unique(rows)]
 
 

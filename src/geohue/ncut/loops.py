@@ -125,27 +125,35 @@ def affinities(
 
 
 @vectorized
-def add_columns(x: Floats, gain: Scalar, z: Floats, half: Floats, row: Floats, out: Floats) -> None:
+def add_columns(
+    x: Floats, weights: Floats, gain: Scalar, z: Floats, half: Floats, row: Floats, out: Floats
+) -> None:
     """Add each landmark's affinities to all points to `out`; `row` is room for one."""
     flat = x.dtype.type(0)
     for i in range(len(x)):
         fill_row(x, i, flat, gain, z, half, row, 0)
         for j in range(len(out)):
-            out[j] += row[0, j]
+            out[j] += weights[i] * row[0, j]
 
 
 @vectorized
 def normalized(
-    x: Floats, gain: Scalar, z: Floats, half: Floats, to_degree: Floats, out: Floats
+    x: Floats,
+    weights: Floats,
+    gain: Scalar,
+    z: Floats,
+    half: Floats,
+    to_degree: Floats,
+    out: Floats,
 ) -> None:
-    """Write the affinities over the square root of the point's degree."""
-    flat, one = x.dtype.type(0), x.dtype.type(1)
+    """Write the affinities times the square root of the point's weight over its degree."""
+    flat = x.dtype.type(0)
     for i in range(len(x)):
         fill_row(x, i, flat, gain, z, half, out, i)
         degree = flat
         for j in range(out.shape[1]):
             degree += out[i, j] * to_degree[j]
-        scale = one / np.sqrt(max(degree, one))
+        scale = np.sqrt(weights[i]) / np.sqrt(max(degree, weights[i]))
         for j in range(out.shape[1]):
             out[i, j] *= scale
 

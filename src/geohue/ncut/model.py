@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.arrays import Floats
+from geohue.compute.arrays import Rows
 from geohue.compute.parallel import Workers
 from geohue.ncut.nystrom import NystromCut
 
@@ -32,7 +32,7 @@ class CutModel:
         """Number of segments, some of which may stay empty."""
         return len(self.centers)
 
-    def labels(self, vectors: Floats, workers: Workers) -> NDArray[np.int32]:
+    def labels(self, vectors: Rows, workers: Workers) -> NDArray[np.int32]:
         """Label points by the Nystrom extension.
 
         Parameters

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.arrays import Floats
+from geohue.compute.arrays import Floats, Rows
 from geohue.compute.parallel import Workers
-from geohue.ncut.affinity import SCALE, affinity
+from geohue.ncut.affinity import affinity
 from geohue.ncut.kernel import Kernel
+from geohue.settings.cut import SCALE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,11 +69,12 @@ def unit_rows(entries: Floats) -> Floats:
 
 
 def nystrom_cut(
-    vectors: Floats,
+    vectors: Rows,
     landmarks: Floats,
     workers: Workers,
     m: int,
     scale: float = SCALE,
+    weights: Floats | None = None,
 ) -> NystromCut:
     r"""Find the leading eigenvectors of the normalized cut by the Nystrom method.
 
@@ -92,7 +94,7 @@ def nystrom_cut(
     Parameters
     ----------
     vectors : (N, D) float32 or float64
-        All points.
+        All points: an array, or what reads them block by block.
     landmarks : (n, D) float, the same type
         The landmarks, usually some of the points.
     workers : Workers
@@ -101,6 +103,10 @@ def nystrom_cut(
         Number of eigenvectors wanted; fewer are returned if the landmarks span fewer.
     scale : float
         Width of the affinity.
+    weights : (N,) float, optional
+        As how many coinciding points each counts, positive; by default 1. With the diagonal
+        matrix W of them, the degrees are :math:`C A^{-1} (C^T W 1)`, at least the point's own
+        weight, and D^-1 in the sum becomes W D^-1.
 
     Returns
     -------
@@ -124,12 +130,14 @@ def nystrom_cut(
     factor = _inverse_root(affinity(exact, exact, scale), vectors.dtype)
     kernel = Kernel.of(landmarks, scale)
     total = np.zeros(len(landmarks))
-    for part in workers.map_blocks(lambda rows: kernel.column_sums(vectors[rows]), len(vectors)):
+    for part in workers.map_blocks(
+        lambda rows: kernel.column_sums(vectors[rows], _part(weights, rows)), len(vectors)
+    ):
         total += part
     to_degree = (factor @ (factor.T @ total)).astype(vectors.dtype)
     middle = np.zeros((len(landmarks), len(landmarks)))
     for part in workers.map_blocks(
-        lambda rows: kernel.gram(vectors[rows], to_degree), len(vectors)
+        lambda rows: kernel.gram(vectors[rows], to_degree, _part(weights, rows)), len(vectors)
     ):
         middle += part
     # NumPy's eigh lets other threads run meanwhile, SciPy's does not.
@@ -139,6 +147,10 @@ def nystrom_cut(
     values, directions = values[used], directions[:, used]
     basis = factor @ (directions / np.sqrt(values))
     return NystromCut(values, _signed(basis).astype(vectors.dtype), to_degree, kernel)
+
+
+def _part(weights: Floats | None, rows: slice) -> Floats | None:
+    return None if weights is None else weights[rows]
 
 
 def _inverse_root(a: Floats, dtype: np.dtype[np.floating]) -> NDArray[np.float64]:

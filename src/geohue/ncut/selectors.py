@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, get_args
 
 import numpy as np
 import scipy.linalg
@@ -12,12 +11,7 @@ from numpy.typing import NDArray
 from geohue.compute.arrays import Floats
 from geohue.errors import GeohueError
 from geohue.ncut.nystrom import NystromCut
-
-Selector = Literal["eigengap", "elongated", "rotation"]
-SELECTORS: tuple[Selector, ...] = get_args(Selector)
-
-K_MAX = 10
-"""Most segments that a selector proposes."""
+from geohue.settings.cut import K_MAX, SELECTORS, Selector
 
 DIFFUSION_STEPS = 16
 """Steps of the random walk of `eigengap`."""

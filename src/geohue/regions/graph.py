@@ -12,10 +12,6 @@ from geohue.regions.groups import connected_groups, merge_small_groups
 from geohue.regions.images import connected_components, merge_small_regions
 from geohue.scene import Scene
 
-SMALLEST = 10, 30
-"""Pixels of a grid and points of a cloud below which a region joins what is around it, however
-small the draft; the neighbourhood of points is the rougher one."""
-
 Labels = NDArray[np.int32]
 
 
@@ -47,9 +43,19 @@ class PairGraph:
     smallest: int
 
     @classmethod
-    def of(cls, draft: Scene, min_region: float) -> PairGraph:
-        """Pair the points of a draft; regions below a share of its points count as small."""
-        pixels, points = (max(least, round(min_region * draft.size)) for least in SMALLEST)
+    def of(cls, draft: Scene, min_region: float, smallest: tuple[int, int]) -> PairGraph:
+        """Pair the points of a draft.
+
+        Parameters
+        ----------
+        draft : Scene
+            The points.
+        min_region : float
+            Share of the points below which a region is small.
+        smallest : (int, int)
+            Pixels of a grid and points of a cloud below which it is, however small the draft.
+        """
+        pixels, points = (max(least, round(min_region * draft.size)) for least in smallest)
         if draft.is_grid:
             one, other = adjacent_pixels(draft.shape)
             return cls(draft, nearest_known(draft.valid), one, other, len(one), pixels)

@@ -9,15 +9,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.parallel import Workers
-from geohue.consensus import Consensus, find_consensus
+from geohue.consensus import Consensus, find_consensus, make_voters
 from geohue.errors import GeohueError
-from geohue.features import Cues
+from geohue.merge.levels import Detail, threshold_of
 from geohue.ncut.cutter import Cutter
+from geohue.prepared import PreparedScene
 from geohue.regions.images import merge_small_regions
 from geohue.scene import Scene
 from geohue.segmentation.clusterers import Clusterer
-from geohue.segmentation.presets import WEIGHT_RULES, Preset, WeightRule
+from geohue.settings import PAPER_METHOD, WeightSettings
+from geohue.settings.checks import is_whole
+from geohue.settings.weight import WEIGHT_RULES, WeightRule
 from geohue.weight.agreement import weight_by_agreement
 from geohue.weight.quality import QualityMetric
 from geohue.weight.search import Curve, search_weight
@@ -30,91 +32,89 @@ Weight = float | Literal["auto"] | WeightRule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Choice:
-    """Chooses what was not given.
+class Chooser:
+    """Chooses the number of segments and the weight, where they are not given.
 
     Attributes
     ----------
+    prepared : PreparedScene
+        The scene and its draft.
     splitter : Clusterer
         The method whose weight is chosen.
     cutter : Cutter
         The paper's cut, which chooses the number of segments for every method.
-    scene : Scene
-        The scene, or the part of it that stands for it.
-    draft : (h, w) or (m,) int64
-        The positions in it that are looked at (`Scene.thinning`).
-    settings : Preset
-        The settings.
-    team : Workers
-        Threads to use.
     """
 
+    prepared: PreparedScene
     splitter: Clusterer
     cutter: Cutter
-    scene: Scene
-    draft: NDArray[np.int64]
-    settings: Preset
-    team: Workers
 
-    def k(self, k: Count, weight: Weight, cues: Cues) -> int:
+    def k(self, k: Count, weight: Weight) -> int:
         """Return the number of segments (Sec. III)."""
         if k != "auto":
             return k
-        fixed = self._fixed(weight, cues)
+        fixed = self._fixed(weight)
         return self.cutter.choose_k(1.0 if fixed is None or math.isnan(fixed) else fixed)
 
-    def consensus(self, k: Count, weight: Weight, cues: Cues, found: int) -> Consensus | None:
-        """Return what the cuts agree on, None where K or the weight is given or chosen instead.
+    def consensus(self, k: Count, weight: Weight, found: int) -> Consensus | None:
+        """Return what the voters agree on, None where K or the weight is given or chosen instead.
 
         `found` is the answer of `k`: 1 says that there is nothing to split.
         """
-        rule = self.settings.weight_rule if weight == "auto" else weight
-        if rule != "consensus" or k != "auto" or cues != "fusion" or found == 1:
+        if self._rule(weight) != "consensus" or k != "auto" or found == 1:
             return None
-        if self.splitter is not self.cutter:
+        if self.splitter is not self.cutter or not self.prepared.features.is_fused:
             return None
-        if weight == "auto" and not self.scene.is_grid:  # not measured on clouds: on request only
+        # Not measured on clouds: there on request only.
+        if weight == "auto" and not self.prepared.scene.is_grid:
             return None
-        settings, draft = self.settings, self.scene.take(self.draft)
-        limits = settings.k_max, settings.min_region
-        return find_consensus(self.cutter, draft, *limits, self.team, settings.voters)
+        return find_consensus(make_voters(self.prepared, self.cutter), self.prepared)
 
-    def weight(self, weight: Weight, cues: Cues, k: int) -> tuple[float, Curve]:
+    def weight(self, weight: Weight, k: int) -> tuple[float, Curve]:
         """Return the weight for `k` segments, and the curve of Q if it was searched (eq. 6-17)."""
-        fixed = self._fixed(weight, cues)
+        fixed = self._fixed(weight)
         if fixed is not None:
             return fixed, []
         if k == 1 and self.splitter.uses_k:
             return 1.0, []
-        small = self.scene.take(self.draft)
-        metric = QualityMetric(small)
+        draft, team, settings = self.prepared.draft, self.prepared.workers, self._settings
+        metric = QualityMetric(draft)
 
         def split(weight: float) -> NDArray[np.int32]:
-            return self.tidied(self.splitter.draft_labels(weight, k), small)
+            return self.tidied(self.splitter.draft_labels(weight, k), draft)
 
         def score(labels: NDArray[np.int32]) -> float | None:
             quality = metric(labels)
             return quality.total if quality else None
 
-        rule = self.settings.weight_rule if weight == "auto" else weight
-        if rule == "quality":
-            steps = self.settings.weights, self.settings.refinements
-            return search_weight(lambda weight: score(split(weight)), self.team, *steps)
-        compared = self.settings.compared  # also for "consensus" where K is given
-        best, maps = weight_by_agreement(split, small, self.team, compared)
-        values = zip(compared, self.team.map(score, maps), strict=True)
+        if self._rule(weight) == "quality":
+            steps = settings.weights, settings.refinements
+            return search_weight(lambda weight: score(split(weight)), team, *steps)
+        compared = settings.compared  # also for "consensus" where K is given
+        best, maps = weight_by_agreement(split, draft, team, compared)
+        values = zip(compared, team.map(score, maps), strict=True)
         return best, [(weight, value) for weight, value in values if value is not None]
 
     def tidied(self, labels: NDArray[np.int32], scene: Scene) -> NDArray[np.int32]:
         """Let small regions of a grid join their neighbours, unless the method has its own rule."""
         if self.splitter.prunes or not scene.is_grid:
             return labels
-        return merge_small_regions(labels, max(1, round(self.settings.min_region * scene.size)))
+        return merge_small_regions(
+            labels, max(1, round(self.prepared.settings.min_region * scene.size))
+        )
 
-    def _fixed(self, weight: Weight, cues: Cues) -> float | None:
+    @property
+    def _settings(self) -> WeightSettings:
+        return self.prepared.settings.weight
+
+    def _rule(self, weight: Weight) -> object:
+        return self._settings.rule if weight == "auto" else weight
+
+    def _fixed(self, weight: Weight) -> float | None:
         """Return the weight if it need not be searched, NaN if the method has none."""
-        if cues != "fusion":
-            return 0.0 if cues == "color" else math.inf
+        features = self.prepared.features
+        if not features.is_fused:
+            return math.inf if features.uses("geometry") else 0.0
         if not self.splitter.uses_weight:
             return math.nan
         return None if isinstance(weight, str) else float(weight)
@@ -122,7 +122,7 @@ class Choice:
 
 def check_arguments(k: Count, weight: Weight, seed: int, method: str) -> None:
     """Raise `GeohueError` unless these are as `segment` takes them."""
-    if k != "auto" and not (_is_whole(k) and 1 <= k <= K_LIMIT):
+    if k != "auto" and not (is_whole(k) and 1 <= k <= K_LIMIT):
         raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
     named = ("auto", *WEIGHT_RULES)
     if weight not in named and not (isinstance(weight, int | float | np.number) and weight >= 0):
@@ -132,14 +132,10 @@ def check_arguments(k: Count, weight: Weight, seed: int, method: str) -> None:
             'weight="consensus" finds the number of segments itself: leave k="auto", or choose '
             'weight="agreement"'
         )
-    if weight == "consensus" and method != "nncsc":
-        raise GeohueError(f'weight="consensus" is for method "nncsc", not {method!r}')
-    if not (_is_whole(seed) and seed >= 0):
+    if weight == "consensus" and method != PAPER_METHOD:
+        raise GeohueError(f'weight="consensus" is for method "{PAPER_METHOD}", not {method!r}')
+    if not (is_whole(seed) and seed >= 0):
         raise GeohueError(f"seed is {seed!r}: expected a whole number of at least 0")
-
-
-def _is_whole(value: object) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 def check_count(n_points: int, k: Count) -> None:
@@ -155,3 +151,17 @@ def shortfalls(found: int, wanted: int, components: bool) -> list[str]:
     if found < wanted and not components:
         return [f"{found} segment(s) instead of {wanted}: the others were empty or too small"]
     return []
+
+
+def check_detail(detail: Detail, k: Count, merges: bool) -> None:
+    """Raise `GeohueError` unless a degree of detail can be had where it is asked for."""
+    threshold_of(detail)
+    if detail == "auto":
+        return
+    if not merges:
+        raise GeohueError(
+            f"detail is {detail!r}, but only merged regions have levels: "
+            'take the preset "best" or "fast", and leave the weight and the method to it'
+        )
+    if k != "auto":
+        raise GeohueError(f"detail is {detail!r} and k is {k}: give one of them")

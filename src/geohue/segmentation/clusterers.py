@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from geohue.baselines import BASELINES, Baseline
 from geohue.compute.parallel import Workers
 from geohue.errors import GeohueError
-from geohue.features import Features
+from geohue.features import CUES, check_cues
 from geohue.ncut.cutter import Cutter
-from geohue.scene import Scene
+from geohue.prepared import PreparedScene
+from geohue.settings import PAPER_METHOD
 
-METHODS = ("nncsc", *BASELINES)
+METHODS = (PAPER_METHOD, *BASELINES)
 """Normalized cuts with the Nystrom method (the paper's), and the compared systems."""
 
 
@@ -43,20 +44,9 @@ class Clusterer(Protocol):
 class BaselineClusterer:
     """A compared system, on the same vectors and the same draft as the paper's cut."""
 
-    def __init__(
-        self,
-        baseline: Baseline,
-        scene: Scene,
-        features: Features,
-        positions: NDArray[np.int64],
-        workers: Workers,
-        seed: int,
-    ) -> None:
+    def __init__(self, baseline: Baseline, prepared: PreparedScene) -> None:
         self._baseline = baseline
-        self._whole = scene, features
-        self._draft = scene.take(positions), features.at(positions)
-        self._workers = workers
-        self._seed = seed
+        self._prepared = prepared
 
     @property
     def uses_weight(self) -> bool:
@@ -75,36 +65,32 @@ class BaselineClusterer:
 
     def draft_labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Split the draft on which the weight is chosen."""
-        return self._baseline.run(*self._draft, weight, k, self._seed, Workers(None))
+        own, seed = self._prepared, self._prepared.seed
+        return self._baseline.run(own.draft, own.draft_features, weight, k, seed, Workers(None))
 
     def labels(self, weight: float, k: int) -> NDArray[np.int32]:
         """Split the scene."""
-        return self._baseline.run(*self._whole, weight, k, self._seed, self._workers)
+        own, seed = self._prepared, self._prepared.seed
+        return self._baseline.run(own.scene, own.features, weight, k, seed, own.workers)
 
 
-def make_clusterer(
-    method: str,
-    cutter: Cutter,
-    scene: Scene,
-    features: Features,
-    positions: NDArray[np.int64],
-    workers: Workers,
-    seed: int,
-) -> Clusterer:
+def make_clusterer(method: str, cutter: Cutter, prepared: PreparedScene) -> Clusterer:
     """Return the clusterer of a method; the cutter itself for the paper's."""
-    if method == "nncsc":
+    if method == PAPER_METHOD:
         return cutter
-    return BaselineClusterer(BASELINES[method], scene, features, positions, workers, seed)
+    return BaselineClusterer(BASELINES[method], prepared)
 
 
 def check_method(method: str, cues: str, is_grid: bool) -> None:
     """Raise `GeohueError` unless the method exists and is defined for these cues and this scene."""
     if method not in METHODS:
         raise GeohueError(f"method {method!r}: choose one of {', '.join(METHODS)}")
-    if method == "nncsc":
+    check_cues(cues)
+    if method == PAPER_METHOD:
         return
     baseline = BASELINES[method]
-    if cues in ("fusion", "color", "geometry") and cues not in baseline.cues:
+    own = cues in baseline.cues or (baseline.uses_weight and cues not in CUES)
+    if not own:
         raise GeohueError(
             f"method {method!r} is not defined for cues {cues!r}: "
             f"choose {' or '.join(map(repr, baseline.cues))}"

@@ -4,35 +4,32 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from geohue.compute.labels import relabel
 from geohue.compute.parallel import workers
 from geohue.consensus import spread
 from geohue.errors import GeohueError
-from geohue.features import Cues, Features, extract_features, lab_of
-from geohue.fill import fill_labels
-from geohue.fill.flood import flood_labels
+from geohue.fill.gaps import fill_gaps
 from geohue.fill.unseen import label_unseen
-from geohue.merge.levels import Detail, threshold_of
+from geohue.merge.levels import Detail
 from geohue.ncut.cutter import Cutter
+from geohue.prepared import PreparedScene, prepare_scene
 from geohue.regions.images import connected_components
 from geohue.scene import Scene
 from geohue.segmentation.choice import (
-    Choice,
+    Chooser,
     Count,
     Weight,
     check_arguments,
     check_count,
+    check_detail,
     shortfalls,
 )
 from geohue.segmentation.clusterers import check_method, make_clusterer
-from geohue.segmentation.merged import merge_scene, with_position
-from geohue.segmentation.presets import Preset, preset_named
+from geohue.segmentation.merged import merge_scene
+from geohue.segmentation.outcome import Outcome
 from geohue.segmentation.result import Progress, Segmentation, StageClock
+from geohue.settings import PAPER_METHOD, Preset, preset_named
 from geohue.weight.quality import QualityMetric
-from geohue.weight.search import Curve
 
 
 def segment(
@@ -40,8 +37,8 @@ def segment(
     k: Count = "auto",
     weight: Weight = "auto",
     preset: str | Preset = "best",
-    cues: Cues = "fusion",
-    method: str = "nncsc",
+    cues: str = "fusion",
+    method: str = PAPER_METHOD,
     seed: int = 0,
     *,
     detail: Detail = "auto",
@@ -69,7 +66,7 @@ def segment(
     preset : {"best", "fast", "paper"} or Preset
         The settings: "best" and "fast" merge regions, "paper" is the paper's method.
     cues : {"fusion", "color", "geometry"}
-        What to go by.
+        What to go by; cues of `geohue.features.register_cue` are added after a plus sign.
     method : str
         "nncsc", the paper's normalized cut, or a compared system of `geohue.baselines`: kmeans,
         meanshift, felzenszwalb, edison, bleiweiss-werman, calderero-marques. Some of these find
@@ -100,6 +97,7 @@ def segment(
 
     Examples
     --------
+    >>> import numpy as np
     >>> rgb = np.zeros((40, 60, 3), np.uint8)
     >>> rgb[:, 30:] = (200, 60, 40)
     >>> depth = np.where(np.arange(60) < 30, 1.0, 2.0)[None].repeat(40, 0)
@@ -110,106 +108,66 @@ def segment(
     settings, clock = preset_named(preset), StageClock(progress)
     check_arguments(k, weight, seed, method)
     merges = _merges(settings, weight, method)
-    _check_detail(detail, k, merges)
+    check_detail(detail, k, merges)
     if components and not scene.is_grid:
         raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
     check_method(method, cues, scene.is_grid)
-    notes, levels = list(scene.warnings), None
-    wanted = None if k == "auto" else k
     with workers(threads) as team:
         with clock.stage("features"):  # Sec. II: eq. 1-5
-            features = extract_features(scene, cues)
-            notes += features.notes
-            draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
-            most = settings.k_max if k == "auto" else k
-            check_count(len(features), k)
-            if merges:
-                most, draft = settings.most_voted(cues), with_position(draft, scene, cues)
-            cutter = Cutter(features, draft, settings, team, seed, most)
+            prepared = prepare_scene(scene, settings, cues, seed, team)
+            check_count(len(prepared.features), k)
         if merges:  # beyond the paper: many cuts vote, and regions merge on all the evidence
-            merged = merge_scene(scene, cutter, draft, settings, team, clock, wanted, detail)
-            labels, levels, lam = merged.labels, merged.levels, merged.weight
-            curve: Curve = []
+            found = merge_scene(prepared, None if k == "auto" else k, detail, clock)
         else:
-            splitter = make_clusterer(method, cutter, scene, features, draft, team, seed)
-            choice = Choice(splitter, cutter, scene, draft, settings, team)
-            labels, lam, curve, wanted = _cut(choice, features, k, weight, cues, clock)
+            found = _cut(prepared, method, k, weight, clock)
         with clock.stage("quality"):  # eq. 17
-            score = QualityMetric(scene)(labels)
-        with clock.stage("fill"):  # Appendix: pixels without depth, on grids
-            if levels is None:
-                labels = _filled(labels, scene, settings, fill)
-            else:
-                levels = replace(levels, regions=_filled(levels.regions, scene, settings, fill))
-                labels = merged.segment_of.take(levels.regions, mode="wrap")
-                labels = np.where(levels.regions >= 0, labels, np.int32(-1))
-        if components:
-            labels = connected_components(labels)
-        labels, _ = relabel(labels)
-    found = int(labels.max()) + 1
-    if wanted is not None:
-        notes += shortfalls(found, wanted, components)
+            score = QualityMetric(scene)(found.labels)
+        with clock.stage("fill"):
+            regions = found.regions
+            if fill:  # Appendix: pixels without depth, on grids
+                regions = fill_gaps(regions, prepared)
+            found = replace(found, regions=label_unseen(regions, scene))  # Sec. VI-A
+        labels, _ = relabel(connected_components(found.labels) if components else found.labels)
+    n_found = int(labels.max()) + 1
+    notes = [*scene.warnings, *prepared.features.notes]
+    if found.wanted is not None:
+        notes += shortfalls(n_found, found.wanted, components)
     return Segmentation(
         labels,
-        found,
-        lam,
+        n_found,
+        found.weight,
         score.total if score else None,
-        curve,
+        found.curve,
         method,
         preset if isinstance(preset, str) else "custom",
         cues,
         seed,
         clock.timings(),
         tuple(notes),
-        levels,
+        found.levels,
     )
 
 
 def _merges(settings: Preset, weight: Weight, method: str) -> bool:
     """Whether regions are merged: as the preset says unless a weight is given, or on request."""
-    rule = settings.weight_rule if weight == "auto" else weight
-    return rule == "merge" and method == "nncsc"
-
-
-def _check_detail(detail: Detail, k: Count, merges: bool) -> None:
-    threshold_of(detail)
-    if detail == "auto":
-        return
-    if not merges:
-        raise GeohueError(
-            f"detail is {detail!r}, but the paper's cut has no levels: "
-            'leave the weight to the preset "best" or "fast"'
-        )
-    if k != "auto":
-        raise GeohueError(f"detail is {detail!r} and k is {k}: give one of them")
+    rule = settings.weight.rule if weight == "auto" else weight
+    return rule == "merge" and method == PAPER_METHOD
 
 
 def _cut(
-    choice: Choice, features: Features, k: Count, weight: Weight, cues: Cues, clock: StageClock
-) -> tuple[NDArray[np.int32], float, Curve, int | None]:
-    """Sections III and IV: K, the weight and the cut; K is None where the method has its own."""
-    scene, splitter = choice.scene, choice.splitter
+    prepared: PreparedScene, method: str, k: Count, weight: Weight, clock: StageClock
+) -> Outcome:
+    """Sections III and IV: K, the weight and the cut, or a compared system."""
     with clock.stage("k"):  # Sec. III: how many segments
-        n = choice.k(k, weight, cues)
+        cutter = Cutter(prepared, prepared.settings.cut.k_max if k == "auto" else k)
+        splitter = make_clusterer(method, cutter, prepared)
+        chooser = Chooser(prepared, splitter, cutter)
+        n = chooser.k(k, weight)
     with clock.stage("weight"):  # Sec. IV: eq. 6-17
-        agreed = choice.consensus(k, weight, cues, n)
-        lam, curve = (agreed.weight, []) if agreed else choice.weight(weight, cues, n)
+        agreed = chooser.consensus(k, weight, n)
+        lam, curve = (agreed.weight, []) if agreed else chooser.weight(weight, n)
     with clock.stage("cut"):  # Sec. III: normalized cut, Nystrom method
-        if agreed:
-            labels = spread(agreed.labels, choice.draft, scene, features, choice.team)
-        else:
-            labels = splitter.labels(lam, n)
+        labels = spread(agreed.labels, prepared) if agreed else splitter.labels(lam, n)
     with clock.stage("refine"):  # Sec. III: small regions, on grids
-        labels = choice.tidied(labels, scene)
-    return labels, lam, curve, n if splitter.uses_k and not agreed else None
-
-
-def _filled(
-    labels: NDArray[np.int32], scene: Scene, settings: Preset, fill: bool
-) -> NDArray[np.int32]:
-    if fill and scene.is_grid and not (labels >= 0).all():
-        if settings.fill == "watershed":
-            labels = flood_labels(labels, scene.colors)
-        else:
-            labels = fill_labels(labels, lab_of(scene.colors))
-    return label_unseen(labels, scene)  # Sec. VI-A: points that no camera sees
+        labels = chooser.tidied(labels, prepared.scene)
+    return Outcome(labels, lam, curve, n if splitter.uses_k and not agreed else None)

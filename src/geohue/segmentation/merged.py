@@ -2,106 +2,78 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.parallel import Workers
+from geohue.consensus.cut import checked_maps
+from geohue.consensus.voters import CutVoter, Voter, make_voters
 from geohue.errors import GeohueError
-from geohue.features import Cues
 from geohue.merge.branching import find_branches
 from geohue.merge.carry import carry
 from geohue.merge.draft import merge_draft, merge_limbs
-from geohue.merge.levels import Detail, Levels, threshold_of
+from geohue.merge.levels import Detail, threshold_of
 from geohue.ncut.cutter import Cutter
+from geohue.prepared import PreparedScene
 from geohue.regions.graph import PairGraph
-from geohue.scene import Scene
-from geohue.segmentation.presets import Preset
+from geohue.segmentation.outcome import Outcome
 from geohue.segmentation.result import StageClock
 from geohue.weight.likeness import distances_from
 
 Labels = NDArray[np.int32]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Merged:
-    """What the merging found.
-
-    Attributes
-    ----------
-    levels : Levels
-        Nested segmentations of the scene.
-    segment_of : (R,) int32
-        The segment of each of its finest regions in the level that was asked for.
-    weight : float
-        The voter whose cuts are most like that level.
-    """
-
-    levels: Levels
-    segment_of: Labels
-    weight: float
-
-    @property
-    def labels(self) -> Labels:
-        """Segments of the level that was asked for, -1 = none."""
-        return np.append(self.segment_of, np.int32(-1))[self.levels.regions]
-
-
 def merge_scene(
-    scene: Scene,
-    cutter: Cutter,
-    draft: NDArray[np.int64],
-    settings: Preset,
-    team: Workers,
-    clock: StageClock,
-    k: int | None,
-    detail: Detail,
-) -> Merged:
+    prepared: PreparedScene, k: int | None, detail: Detail, clock: StageClock
+) -> Outcome:
     """Let many cuts vote, merge fine regions on all the evidence, and draw their borders.
 
     A cloud of thin branching parts falls into its limbs instead.
 
     Parameters
     ----------
-    scene : Scene
+    prepared : PreparedScene
         The scene.
-    cutter : Cutter
-        Its cuts.
-    draft : int64
-        The positions that were cut (`Scene.thinning`), all with a position in space if the scene
-        is a cloud.
-    settings : Preset
-        The voters.
-    team : Workers
-        Threads to use.
-    clock : StageClock
-        Times the stages.
     k : int or None
         Number of segments of the level to take; None for that of `detail`.
     detail : float or str
         Degree of detail (`threshold_of`).
+    clock : StageClock
+        Times the stages.
 
     Returns
     -------
-    Merged
+    Outcome
     """
-    graph = PairGraph.of(scene.take(draft), settings.min_region)
+    prepared = _placed(prepared)
+    settings, features = prepared.settings, prepared.draft_features
+    graph = PairGraph.of(prepared.draft, settings.min_region, settings.consensus.smallest)
     with clock.stage("limbs"):
-        regions = _limbs(graph, k)
-        by_limbs = regions is not None
+        limbs = _limbs(graph, k)
     with clock.stage("cuts"):
-        weights, cuts = ([], []) if by_limbs else _votes(cutter, graph, settings, team)
+        weights, maps = ([], []) if limbs is not None else _votes(prepared, graph)
     with clock.stage("merge"):
-        if regions is None:
-            regions, tree = merge_draft(graph, cutter.draft, cuts, k or 1)
+        if limbs is None:
+            regions, tree = merge_draft(graph, features, maps, k or 1)
         else:
-            tree = merge_limbs(graph, cutter.draft, regions)
+            regions, tree = limbs, merge_limbs(graph, features, limbs)
         chosen = tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
-        weight = np.inf if by_limbs else _most_like(chosen[regions], weights, cuts)
+        weight = math.inf if limbs is not None else _most_like(chosen[regions], weights, maps)
     with clock.stage("borders"):
-        full = carry(regions, chosen, draft, scene, team)
-    return Merged(Levels(full, tree), chosen, weight)
+        full = carry(regions, chosen, prepared)
+    return Outcome(full, weight, [], k, chosen, tree)
+
+
+def _placed(prepared: PreparedScene) -> PreparedScene:
+    """Leave points without a position out of the draft of a cloud, which has nothing else."""
+    scene, positions = prepared.scene, prepared.positions
+    if scene.is_grid or scene.valid[positions].all():
+        return prepared
+    positions = positions[scene.valid[positions]]
+    if len(positions) == 0:
+        raise GeohueError("no point of the cloud has a position: check the file")
+    return prepared.at(positions)
 
 
 def _limbs(graph: PairGraph, k: int | None) -> Labels | None:
@@ -116,32 +88,25 @@ def _limbs(graph: PairGraph, k: int | None) -> Labels | None:
     return limbs if limbs is not None and (k is None or k <= limbs.max() + 1) else None
 
 
-def _votes(
-    cutter: Cutter, graph: PairGraph, settings: Preset, team: Workers
-) -> tuple[list[float], list[Labels]]:
-    """The cuts that vote, and the weight of each."""
-    cues = cutter.draft.cues
-    voters = {"color": (0.0,), "geometry": (np.inf,)}.get(cues, settings.voters)
-    counts = settings.voted(cues)
-    jobs = [(weight, counts) for weight in voters]
-    by_voter = list(team.map(lambda job: cutter.draft_cuts(*job), jobs))
-    weights = [weight for weight, cuts in zip(voters, by_voter, strict=True) for _ in cuts]
-    return weights, list(team.map(graph.tidied, [cut for cuts in by_voter for cut in cuts]))
+def _votes(prepared: PreparedScene, graph: PairGraph) -> tuple[list[float], list[Labels]]:
+    """The segmentations that vote, and the weight of each."""
+    settings, features, team = prepared.settings.merge, prepared.draft_features, prepared.workers
+    counts = settings.cut_into(features.cues)
+    cutter = Cutter(prepared, max(counts))
+    voters: list[Voter]
+    if features.is_fused:
+        voters = make_voters(prepared, cutter, settings.voters, counts)
+    else:
+        voters = [CutVoter(cutter, 0.0 if features.uses("color") else math.inf, counts)]
+    by_voter = list(team.map(lambda voter: checked_maps(voter, prepared), voters))
+    weights = [voter.weight for voter, maps in zip(voters, by_voter, strict=True) for _ in maps]
+    return weights, list(team.map(graph.tidied, [labels for maps in by_voter for labels in maps]))
 
 
-def _most_like(labels: Labels, weights: list[float], cuts: list[Labels]) -> float:
-    if not cuts:  # no voter can tell two points apart
+def _most_like(labels: Labels, weights: list[float], maps: list[Labels]) -> float:
+    """The weight of the voter whose maps are most like the segments."""
+    if not maps:  # no voter can tell two points apart
         return 1.0
-    distance = distances_from(labels, cuts)
-    mean = {weight: distance[np.equal(weights, weight)].mean() for weight in weights}
-    return min(mean, key=mean.__getitem__)
-
-
-def with_position(draft: NDArray[np.int64], scene: Scene, cues: Cues) -> NDArray[np.int64]:
-    """Leave points without a position out of the draft of a cloud, which has nothing else."""
-    if scene.is_grid:
-        return draft
-    placed = draft[scene.valid[draft]]
-    if len(placed) == 0:
-        raise GeohueError(f"no point has a position: cues={cues!r} need a cloud's positions here")
-    return placed
+    distance = distances_from(labels, maps)
+    mean = {w: distance[np.equal(weights, w)].mean() for w in weights if not math.isnan(w)}
+    return float(min(mean, key=mean.__getitem__)) if mean else math.nan

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue._version import __version__
-from geohue.features import Cues
 from geohue.merge.levels import Levels
 from geohue.weight.search import Curve
 
@@ -32,8 +31,9 @@ class Segmentation:
     k : int
         Number of segments.
     weight : float
-        The paper's lambda that was used, or that whose cuts are most like their consensus: 0 for
-        colour alone, infinity for geometry alone, NaN for a compared system that has none.
+        The paper's lambda that was used; after a consensus or a merging, that of the voter whose
+        maps are most like the result. 0 for colour alone, infinity for geometry alone, NaN where
+        there is none.
     quality : float or None
         Q of eq. 17 for `labels`; None with fewer than two segments or without geometry.
     weight_curve : list of (float, float)
@@ -56,7 +56,7 @@ class Segmentation:
     weight_curve: Curve
     method: str
     preset: str
-    cues: Cues
+    cues: str
     seed: int
     timings: dict[str, float]
     warnings: tuple[str, ...] = ()

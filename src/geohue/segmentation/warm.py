@@ -7,7 +7,7 @@ import numpy as np
 from geohue.baselines import BASELINES
 from geohue.scene import Scene
 from geohue.segmentation.driver import segment
-from geohue.segmentation.presets import PRESETS
+from geohue.settings import PRESETS
 
 
 def compile_all() -> None:

@@ -14,8 +14,8 @@ from geohue.sensors.lens import Lens
 from geohue.sensors.rig import PosedCamera, Rig
 from geohue.sensors.surface import Surface
 
-Choice = Literal["first", "blend"]
-CHOICES: tuple[Choice, ...] = get_args(Choice)
+ColorChoice = Literal["first", "blend"]
+COLOR_CHOICES: tuple[ColorChoice, ...] = get_args(ColorChoice)
 
 _HIDDEN = 0.05  # a point this much (relative) behind the foremost surface is hidden
 _PARALLAX = 1.5  # pixels
@@ -51,7 +51,7 @@ class RangeColors:
 
 
 def color_range_points(
-    points: Floats, images: Sequence[Bytes], rig: Rig, choice: Choice = "first"
+    points: Floats, images: Sequence[Bytes], rig: Rig, choice: ColorChoice = "first"
 ) -> RangeColors:
     """Give range points the colours that the cameras see.
 
@@ -81,8 +81,8 @@ def color_range_points(
     GeohueError
         If there are more pictures than cameras, or no camera sees any point.
     """
-    if choice not in CHOICES:
-        raise GeohueError(f"choice {choice!r}: choose one of {', '.join(CHOICES)}")
+    if choice not in COLOR_CHOICES:
+        raise GeohueError(f"choice {choice!r}: choose one of {', '.join(COLOR_CHOICES)}")
     if not 1 <= len(images) <= len(rig.cameras):
         raise GeohueError(f"{len(images)} picture(s) for {len(rig.cameras)} calibrated camera(s)")
     flat = points.reshape(-1, 3)
@@ -194,7 +194,7 @@ def _chosen(
     sampled: Floats,
     seen: NDArray[np.bool_],
     tones: Sequence[tuple[Floats, Floats]],
-    choice: Choice,
+    choice: ColorChoice,
 ) -> Floats:
     """Return the colour of each point in the first camera's tones; anything where unseen."""
     toned = np.stack(

@@ -19,8 +19,8 @@ from geohue.compute.parallel import Workers
 from geohue.features import lab_of
 from geohue.regions.adjacency import adjacent_points
 from geohue.scene import Scene
+from geohue.settings.weight import HALF_OCTAVES
 from geohue.weight.likeness import likeness
-from geohue.weight.search import HALF_OCTAVES
 
 Labels = NDArray[np.int32]
 

@@ -2,36 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from geohue.compute.parallel import Workers
+from geohue.settings.weight import COARSE, REFINEMENTS
 
 Curve = list[tuple[float, float]]
 """Pairs (lambda, Q) in increasing order of lambda."""
-
-COARSE: tuple[float, ...] = tuple(2.0**e for e in range(-4, 5))
-"""The octaves from colour almost alone to geometry almost alone."""
-
-REFINEMENTS = (0.5, 0.25)
-"""Steps around the best weight so far, in octaves."""
-
-HALF_OCTAVES: tuple[float, ...] = tuple(2.0 ** (e / 2) for e in range(-8, 9))
-"""The weights that `geohue.weight.agreement` compares."""
-
-BALANCES: tuple[float, ...] = (0.0, 1.0, math.inf)
-"""Colour alone, both alike, geometry alone: the weights that `geohue.consensus` lets vote."""
-
-FINER_BALANCES: tuple[float, ...] = (
-    0.0,
-    math.tan(math.pi / 8),
-    1.0,
-    math.tan(3 * math.pi / 8),
-    math.inf,
-)
-"""The same with one more between each two; for one view the angles of the mix are even."""
 
 
 def search_weight(

@@ -78,7 +78,7 @@ def test_a_failure_is_a_warning(
     [
         (["--methods", "magic"], "methods 'magic': choose among nncsc, kmeans"),
         (["--methods", ","], "no methods given"),
-        (["--cues", "depth"], "cues 'depth': choose among fusion, color, geometry"),
+        (["--cues", "depth"], "cues 'depth': choose one of fusion, color, geometry"),
         (["--methods", "edison", "--cues", "fusion"], "not defined for cues"),
         (["-k", "few"], '-k few: expected "auto" or a whole number'),
         (["-k", "0"], "k is 0"),

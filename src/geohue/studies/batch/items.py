@@ -166,7 +166,7 @@ def _frame_items(frames: Sequence[Frame], opening: Opening) -> list[Item]:
 
 
 def _without_depth(data: Dataset) -> list[Frame]:
-    """Return the pictures beside those of a plain folder that have no depth map: not to be lost."""
+    """Return the pictures of a plain folder without a depth map, so that they can be reported."""
     if data.layout != "pairs":
         return []
     taken = {frame.color for frame in data}
@@ -216,13 +216,13 @@ def _check_names(root: Path, items: Sequence[Item]) -> None:
         if other != name:
             raise broken(
                 root,
-                f"has the frames {other} and {name}, whose results are one folder where case does "
-                "not count (macOS, Windows); rename one of them",
+                f"has the frames {other} and {name}, whose results would share one folder on a "
+                "system that ignores case (macOS, Windows); rename one of them",
             )
 
 
 def _folded(name: str) -> str:
-    """Return what a file system that knows no case, or no accents of two signs, makes of a name."""
+    """Return a name as a file system sees it that ignores case and composes accents."""
     return unicodedata.normalize("NFC", name).casefold()
 
 

@@ -6,14 +6,13 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from geohue.errors import GeohueError
-from geohue.features import CUES, Cues
 from geohue.results.outputs import FORMATS
 from geohue.scene import Scene
 from geohue.segmentation.choice import Weight, check_arguments
 from geohue.segmentation.clusterers import check_method
 from geohue.segmentation.driver import segment
-from geohue.segmentation.presets import preset_named
 from geohue.segmentation.result import Segmentation
+from geohue.settings import PAPER_METHOD, preset_named
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +34,8 @@ class Settings:
     k: int | Literal["auto"] = "auto"
     weight: Weight = "auto"
     preset: str = "paper"
-    cues: Cues = "fusion"
-    method: str = "nncsc"
+    cues: str = "fusion"
+    method: str = PAPER_METHOD
     seed: int = 0
     components: bool = False
     fill: bool = True
@@ -46,7 +45,6 @@ class Settings:
     def __post_init__(self) -> None:
         # Seen here, a mistake is one line; seen by `segment`, it would be one a frame.
         preset_named(self.preset)
-        _choose("cues", self.cues, CUES)
         check_method(self.method, self.cues, is_grid=True)
         for name in self.formats:
             _choose("format", name, FORMATS)

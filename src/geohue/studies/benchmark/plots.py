@@ -71,7 +71,7 @@ def draw_run(
 
 
 def _trial(row: Row) -> Trial:
-    return Trial(row["method"], row["cues"], row["preset"])  # type: ignore[arg-type]
+    return Trial(row["method"], row["cues"], row["preset"])
 
 
 def _ends(rows: list[Row]) -> list[Row]:

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from geohue.baselines import BASELINES
 from geohue.errors import GeohueError
-from geohue.features import CUES, Cues
+from geohue.features import CUES, check_cues, known_cues
 from geohue.measures import evaluate
 from geohue.scene import Scene
 from geohue.segmentation.driver import segment
-from geohue.segmentation.presets import preset_named
+from geohue.settings import PAPER_METHOD, preset_named
 
-OWN = "nncsc"
+OWN = PAPER_METHOD
 """The method that the presets belong to."""
 
 NO_PRESET = "-"
@@ -32,7 +32,7 @@ class Trial:
     """A method with its cues and its preset."""
 
     method: str
-    cues: Cues
+    cues: str
     preset: str
 
     @property
@@ -88,15 +88,19 @@ def plan(
     >>> [trial.name for trial in plan(["nncsc", "edison"], ["fusion", "color"], ["fast"])]
     ['nncsc-fusion-fast', 'nncsc-color-fast', 'edison-color']
     """
-    _check("cues", cues, CUES)
+    if not cues:
+        raise GeohueError(f"no cues given: choose among {', '.join(known_cues())}")
+    for name in cues:
+        check_cues(name)
     _check("methods", methods, (OWN, *BASELINES))
     for preset in presets:
         preset_named(preset)
     trials: list[Trial] = []
     for method in dict.fromkeys(methods):
         own = method == OWN
-        known = CUES if own else BASELINES[method].cues
-        chosen = [cue for cue in CUES if cue in cues and cue in known]
+        known = cues if own else BASELINES[method].cues
+        order = [*CUES, *(cue for cue in dict.fromkeys(cues) if cue not in CUES)]
+        chosen = [cue for cue in order if cue in cues and cue in known]
         names = tuple(dict.fromkeys(presets)) if own else (NO_PRESET,)
         trials += [Trial(method, cue, preset) for cue in chosen for preset in names]
     if not trials:

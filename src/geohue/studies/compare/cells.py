@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from geohue._version import __version__
 from geohue.errors import GeohueError
-from geohue.features import CUES, Cues
+from geohue.features import CUES, check_cues, known_cues
 from geohue.segmentation.clusterers import METHODS
 from geohue.segmentation.result import Segmentation
 
@@ -27,7 +27,7 @@ class Cell:
     """A method on some cues."""
 
     method: str
-    cues: Cues
+    cues: str
 
     @property
     def name(self) -> str:
@@ -145,7 +145,7 @@ class Comparison:
         return tuple(dict.fromkeys(result.cell.method for result in self.results))
 
     @property
-    def cues(self) -> tuple[Cues, ...]:
+    def cues(self) -> tuple[str, ...]:
         """The columns of the plate."""
         return tuple(dict.fromkeys(result.cell.cues for result in self.results))
 
@@ -180,8 +180,11 @@ def plan(methods: Sequence[str] = METHODS, cues: Sequence[str] = CUES) -> list[C
         For an unknown name, or none.
     """
     _check("methods", methods, METHODS)
-    _check("cues", cues, CUES)
-    columns = [cue for name in dict.fromkeys(cues) for cue in CUES if cue == name]
+    if not cues:
+        raise GeohueError(f"no cues given: choose among {', '.join(known_cues())}")
+    for name in cues:
+        check_cues(name)
+    columns = list(dict.fromkeys(cues))
     return [Cell(method, cue) for method in dict.fromkeys(methods) for cue in columns]
 
 

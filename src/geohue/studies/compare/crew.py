@@ -60,7 +60,7 @@ class _Hand:
 def run_crew(
     function: Callable[[Job], Answer], jobs: Sequence[Job], processes: int, timeout: float
 ) -> Iterator[Outcome[Job, Answer]]:
-    """Run `function` on every job, always in a process of its own kind, with one thread each.
+    """Run `function` on every job, never in the calling process, with one thread each.
 
     Parameters
     ----------

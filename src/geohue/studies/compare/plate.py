@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.scene import Scene
+from geohue.settings import PAPER_METHOD
 from geohue.studies.compare.cells import SCORES, Comparison, Result
 from geohue.studies.compare.views import Image, cell_views, input_views, reference_of, scaled
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
     from PIL.ImageFont import FreeTypeFont, ImageFont
 
-TITLES = {"nncsc": "proposed (nncsc)"}
+TITLES = {PAPER_METHOD: f"proposed ({PAPER_METHOD})"}
 """What a method is called in pictures, if not by its own name."""
 
 _INK, _PAPER, _GAP, _FAILED = (25, 25, 25), (255, 255, 255), (236, 236, 236), (250, 222, 214)

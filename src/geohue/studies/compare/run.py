@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 
 from geohue.compute.parallel import cores, workers
 from geohue.errors import GeohueError
-from geohue.features import CUES, extract_features
+from geohue.features import CUES
 from geohue.ncut.cutter import Cutter
+from geohue.prepared import prepare_scene
 from geohue.scene import Scene
 from geohue.segmentation.choice import K_LIMIT
 from geohue.segmentation.clusterers import METHODS, check_method
 from geohue.segmentation.driver import segment
-from geohue.segmentation.presets import preset_named
 from geohue.segmentation.result import Segmentation
+from geohue.settings import preset_named
 from geohue.studies.compare.cells import Cell, Comparison, Result, plan
 from geohue.studies.compare.crew import run_crew
 
@@ -141,13 +142,10 @@ def _segment(task: Task, scene: Scene, cell: Cell) -> Segmentation:
 
 def choose_count(scene: Scene, preset: str = "paper", seed: int = 0) -> int:
     """Choose K as the proposed method does: on the draft, colour and geometry alike."""
-    settings = preset_named(preset)
-    fused = bool(scene.valid.any())
+    settings, fused = preset_named(preset), bool(scene.valid.any())
     with workers() as team:
-        features = extract_features(scene, "fusion" if fused else "color")
-        draft = scene.thinning(settings.draft_points, np.random.default_rng(seed))
-        cutter = Cutter(features, draft, settings, team, seed, settings.k_max)
-        return cutter.choose_k(1.0 if fused else 0.0)
+        prepared = prepare_scene(scene, settings, "fusion" if fused else "color", seed, team)
+        return Cutter(prepared, settings.cut.k_max).choose_k(1.0 if fused else 0.0)
 
 
 def _undefined(cell: Cell, scene: Scene) -> Result | None:
