@@ -26,16 +26,16 @@ def test_finds_parts_and_their_number(
     result = segment(scene, preset=preset)
     assert result.k == 3
     assert adjusted_rand_score(result.labels.ravel(), truth.ravel()) > 0.99
-    assert result.weight in PRESETS[preset].consensus.voters
+    assert result.weight in PRESETS[preset].merge.panel
     assert result.weight_curve == []
     assert result.warnings == segment(scene, 3).warnings
 
 
 def test_in_the_preset_paper(three_boxes: tuple[Scene, NDArray[np.int32]]) -> None:
     scene, truth = three_boxes
-    result = segment(scene, weight="consensus")
+    result = segment(scene, weight="consensus", preset="paper")
     assert adjusted_rand_score(result.labels.ravel(), truth.ravel()) > 0.99
-    assert segment(scene).weight_curve != []
+    assert segment(scene, preset="paper").weight_curve != []
 
 
 def test_segments_are_connected() -> None:
@@ -74,7 +74,7 @@ def test_where_k_the_weight_or_the_cues_are_given_they_count(
 ) -> None:
     scene, _ = three_boxes
     assert segment(scene, 2, preset="fast").k == 2
-    assert len(segment(scene, 2, preset="fast").weight_curve) > 1
+    assert len(segment(scene, 2, "agreement", "fast").weight_curve) > 1
     assert segment(scene, weight=2.0, preset="fast").weight == 2.0
     assert segment(scene, cues="color", preset="fast").weight == 0
     kmeans = segment(scene, method="kmeans", preset="fast")
@@ -166,8 +166,9 @@ def test_repeated_points_do_not_become_segments() -> None:
 
 def test_clouds_only_on_request() -> None:
     scene, _ = touching_halves(3000)
-    assert len(segment(scene, preset="fast").weight_curve) > 1
-    assert segment(scene, "auto", "consensus", "fast").weight_curve == []
+    voting = PRESETS["fast"].changed(weight_rule="consensus")
+    assert len(segment(scene, preset=voting).weight_curve) > 1
+    assert segment(scene, "auto", "consensus", voting).weight_curve == []
 
 
 def test_two_views() -> None:

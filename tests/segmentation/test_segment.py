@@ -207,7 +207,7 @@ class TestLaws:
     ) -> None:
         scene, truth = three_boxes
         fine = PRESETS["paper"].changed(weights=tuple(2.0 ** (e / 4) for e in range(-16, 17)))
-        one, two = segment(scene, 3), segment(scene, 3, preset=fine)
+        one, two = segment(scene, 3, preset="paper"), segment(scene, 3, preset=fine)
         assert agreement(one.labels, two.labels) > 0.99
         assert max(q for _, q in two.weight_curve) - max(q for _, q in one.weight_curve) < 0.02
 

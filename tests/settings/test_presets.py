@@ -14,6 +14,7 @@ from geohue.settings import (
     ConsensusSettings,
     CutSettings,
     FillSettings,
+    MergeSettings,
     WeightSettings,
     preset_named,
 )
@@ -38,6 +39,9 @@ BAD: dict[str, tuple[Any, ...]] = {
     "least": (-0.1, 1.5, "few"),
     "clear": (-0.1, math.nan),
     "smallest": ((10,), (0, 30), (10, 2.5), 10),
+    "panel": ((), (-1.0,), [0.0]),
+    "counts": ((), (1,), (4, 2.5), [4]),
+    "counts_alone": ((), (0,), 7),
     "fill_rule": ("flood",),
 }
 
@@ -64,6 +68,8 @@ GOOD: dict[str, tuple[Any, ...]] = {
     "least": (0, 1),
     "clear": (0,),
     "smallest": ((1, 1),),
+    "panel": ((0, "kmeans"),),
+    "counts": ((2,), (12, 3)),
 }
 
 
@@ -71,13 +77,18 @@ GOOD: dict[str, tuple[Any, ...]] = {
 def test_the_last_values_that_are_taken(name: str, value: Any) -> None:
     changed = Preset().changed(**{name: value})
     found = {**{k: v for k, v in asdict(changed).items() if not isinstance(v, dict)}}
-    for stage in ("cut", "weight", "consensus", "fill"):
+    for stage in ("cut", "weight", "consensus", "merge", "fill"):
         found |= asdict(changed)[stage]
     assert found[name] == value
 
 
 def test_every_setting_is_tried_above() -> None:
-    stages = {"cut": CutSettings, "weight": WeightSettings, "consensus": ConsensusSettings}
+    stages: dict[str, type] = {
+        "cut": CutSettings,
+        "weight": WeightSettings,
+        "consensus": ConsensusSettings,
+        "merge": MergeSettings,
+    }
     names = {entry.name for kind in stages.values() for entry in fields(kind)} - {"rule"}
     names |= {entry.name for entry in fields(Preset)} - {*stages, "fill"}
     assert names | {"weight_rule", "fill_rule"} == set(BAD)
@@ -113,9 +124,12 @@ def test_the_named_sets() -> None:
     assert (cut.restarts, cut.center_points, paper.min_region) == (4, 5_000, 0.002)
     assert paper.weight.weights == tuple(2.0**e for e in range(-4, 5))
     assert paper.consensus == ConsensusSettings((0.0, 1.0, math.inf), 0.15, 0.6, (10, 30))
-    assert (fast.draft_points, fast.cut.landmarks, fast.cut.fit) == (5_000, 64, "draft")
-    assert (fast.fill.rule, paper.fill.rule, best.fill.rule) == ("watershed", *["appendix"] * 2)
-    assert (best.draft_points, best.cut.landmarks, len(best.consensus.voters)) == (40_000, 300, 5)
+    assert (fast.draft_points, fast.cut.landmarks, fast.cut.fit) == (6_000, 64, "draft")
+    assert (paper.fill.rule, fast.fill.rule, best.fill.rule) == ("appendix", *["watershed"] * 2)
+    assert (best.draft_points, best.cut.landmarks, best.cut.fit) == (20_000, 128, "all")
+    assert (paper.weight.rule, fast.weight.rule, best.weight.rule) == ("quality", *["merge"] * 2)
+    assert best.merge == MergeSettings((0.0, 1.0, math.inf), (2, 3, 4, 5, 6, 7, 8, 10, 12))
+    assert (fast.merge.counts, best.merge.counts_alone) == ((4, 8, 12), tuple(range(2, 47)))
 
 
 def test_settings_of_ones_own_reach_the_stages(three_boxes: tuple[Scene, object]) -> None:

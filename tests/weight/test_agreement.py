@@ -130,12 +130,11 @@ def test_in_the_driver(three_boxes: tuple[Scene, NDArray[np.int32]]) -> None:
     result = segment(scene, 3, "agreement")
     assert result.weight in HALF_OCTAVES
     assert [w for w, _ in result.weight_curve] == list(HALF_OCTAVES)
-    quick = segment(scene, 3, preset="fast")
+    quick = segment(scene, 3, "agreement", "fast")
     assert [w for w, _ in quick.weight_curve] == list(PRESETS["fast"].weight.compared)
-    assert PRESETS["best"].weight.rule == PRESETS["fast"].weight.rule == "consensus"
+    assert PRESETS["best"].weight.rule == PRESETS["fast"].weight.rule == "merge"
     assert PRESETS["paper"].weight.rule == "quality"
-    fast = segment(scene, 3, preset="fast")
-    assert segment(scene, 3, "quality", "fast").weight_curve != fast.weight_curve
+    assert segment(scene, 3, "quality", "fast").weight_curve != quick.weight_curve
 
 
 def test_finds_objects_where_q_cuts_the_table(data_dir: object) -> None:

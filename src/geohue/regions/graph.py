@@ -110,7 +110,7 @@ class PairGraph:
         distant : (F, 2) int64
             The other links, the shortest first.
         """
-        if self.near is not None or self.n_beside == len(self.one):
+        if self.near is not None or self.n_beside in (0, len(self.one)):
             return self.one, self.other, np.zeros((0, 2), np.int64)
         away = self.draft.points[self.other] - self.draft.points[self.one]
         length = np.sqrt((away.astype(np.float64) ** 2).sum(axis=1))

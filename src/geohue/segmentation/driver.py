@@ -130,7 +130,9 @@ def segment(
         labels, _ = relabel(connected_components(found.labels) if components else found.labels)
     n_found = int(labels.max()) + 1
     notes = [*scene.warnings, *prepared.features.notes]
-    if found.wanted is not None:
+    if found.wanted is None and n_found == 1:
+        notes += shortfalls(1, 1, components)
+    elif found.wanted is not None:
         notes += shortfalls(n_found, found.wanted, components)
     return Segmentation(
         labels,

@@ -95,7 +95,7 @@ def _votes(prepared: PreparedScene, graph: PairGraph) -> tuple[list[float], list
     cutter = Cutter(prepared, max(counts))
     voters: list[Voter]
     if features.is_fused:
-        voters = make_voters(prepared, cutter, settings.voters, counts)
+        voters = make_voters(prepared, cutter, settings.panel, counts)
     else:
         voters = [CutVoter(cutter, 0.0 if features.uses("color") else math.inf, counts)]
     by_voter = list(team.map(lambda voter: checked_maps(voter, prepared), voters))

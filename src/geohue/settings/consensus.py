@@ -74,10 +74,12 @@ class ConsensusSettings:
             check_whole("a number of smallest", count, 1)
 
 
-def check_voters(voters: object) -> None:
+def check_voters(voters: object, name: str = "voters") -> None:
     """Raise `GeohueError` unless a setting is a tuple of weights and names of voters."""
     if not (isinstance(voters, tuple) and voters):
-        raise GeohueError(f"voters is {voters!r}: expected a tuple of weights and names")
+        raise GeohueError(f"{name} is {voters!r}: expected a tuple of weights and names")
     for voter in voters:
         if not (isinstance(voter, str) or (is_number(voter) and voter >= 0)):
-            raise GeohueError(f"voter {voter!r}: expected a weight of at least 0, or a name")
+            raise GeohueError(
+                f"a voter of {name} is {voter!r}: expected a weight of at least 0, or a name"
+            )

@@ -21,8 +21,9 @@ class MergeSettings:
 
     Attributes
     ----------
-    voters : tuple of float and str
-        As in `ConsensusSettings`; where one cue takes part alone its weight votes instead.
+    panel : tuple of float and str
+        Weights and names, as the voters of `ConsensusSettings`; where one cue takes part alone
+        its weight votes instead.
     counts : tuple of int
         Numbers of segments of the cuts of each weight.
     counts_alone : tuple of int
@@ -39,12 +40,12 @@ class MergeSettings:
     8
     """
 
-    voters: tuple[float | str, ...] = BALANCES
+    panel: tuple[float | str, ...] = BALANCES
     counts: tuple[int, ...] = COUNTS
     counts_alone: tuple[int, ...] = ONE_CUE
 
     def __post_init__(self) -> None:
-        check_voters(self.voters)
+        check_voters(self.panel, "panel")
         for name in ("counts", "counts_alone"):
             counts = getattr(self, name)
             if not (isinstance(counts, tuple) and counts):
