@@ -303,7 +303,7 @@ def test_names_of_frames(
         (["-k", "some"], "-k some: expected"),
         (
             ["--lambda", "-1"],
-            "weight is -1.0: expected auto, quality, agreement, consensus, or at least 0",
+            "weight is -1.0: expected auto, quality, agreement, consensus, merge, or at least 0",
         ),
         (["--lambda", "nan"], "weight is nan: expected"),
         (["--lambda", "consensus", "--method", "kmeans"], 'is for method "nncsc", not'),

@@ -64,7 +64,7 @@ def _outcome(out: Path) -> dict[str, Any]:
 def test_small_cloud_as_in_memory(cloud: Path, tmp_path: Path, cues: str, k: Any) -> None:
     rows = np.load(cloud)
     scene = Scene.from_cloud(rows[:, :3], rows[:, 3:].astype(np.uint8))
-    whole = geohue.segment(scene, k, cues=cues)
+    whole = geohue.segment(scene, k, cues=cues, preset="paper")
     found = segment_file(cloud, tmp_path / "out", k, cues=cues, processes=1)
     np.testing.assert_array_equal(_labels(tmp_path / "out"), whole.labels)
     assert (found.k, found.weight) == (whole.k, whole.weight)
