@@ -99,7 +99,7 @@ def cues(facts: Facts, labels: Labels, i: int, j: int) -> Array:
             length / max(perimeter, 1),
             np.log(min(n, m) / len(labels)),
             np.log(max(n, m) / len(labels)),
-            turn @ way / (np.linalg.norm(way) + 1e-9),
+            turn @ way / np.linalg.norm(way),
         ]
     )
 
@@ -128,7 +128,7 @@ def _straightness(evidence: Evidence, border: list[int]) -> float:
     one, other = evidence.one[border], evidence.other[border]
     middle = (evidence.points[one] + evidence.points[other]) / 2
     _, across, along = np.linalg.eigvalsh(np.cov(middle.T, bias=True))
-    return float(np.sqrt(max(across, 0.0) / along)) if along > 1e-12 else 0.3
+    return float(np.sqrt(max(across, 0.0) / along)) if along > 0 else 0.3
 
 
 def merge(
