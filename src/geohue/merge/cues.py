@@ -22,6 +22,9 @@ from geohue.merge.table import Table
 NOISE = 0.004
 """Distance, relative to depth, that the noise of a sensor reaches: 4 mm at one metre."""
 
+SAME_PLACE = 1e-6
+"""Distance, in units, below which two places are one: their direction would be rounding."""
+
 PRIOR = 20.0
 """Typical pairs that are added to those within a region, lest a few speak for it."""
 
@@ -62,11 +65,11 @@ def measure(table: Table, i: int, j: int, e: int, out: Floats, scratch: Floats) 
     out[7] = border[e, t.LENGTH] / math.sqrt(min(region[i, t.SIZE], region[j, t.SIZE]))
     out[8] = math.log(border[e, t.GAP] / border[e, t.LENGTH] / NOISE + 0.5)
     out[9] = contrast(table, i, j, e)
-    out[10] = straightness(border, e, scratch)
+    out[10] = straightness(border, e, unit, scratch)
     out[11] = border[e, t.LENGTH] / max(min(region[i, t.PERIMETER], region[j, t.PERIMETER]), 1.0)
     out[12] = math.log(min(region[i, t.SIZE], region[j, t.SIZE]) / table.scene[t.POINTS])
     out[13] = math.log(max(region[i, t.SIZE], region[j, t.SIZE]) / table.scene[t.POINTS])
-    out[14] = region_convexity(region, i, j)
+    out[14] = region_convexity(region, i, j, unit)
 
 
 @compiled
@@ -156,7 +159,7 @@ def calmness(region: Floats, i: int, typical: float) -> float:
 
 
 @compiled
-def straightness(border: Floats, e: int, scratch: Floats) -> float:
+def straightness(border: Floats, e: int, unit: float, scratch: Floats) -> float:
     """How far the border bends: spread across its run over spread along it.
 
     Things end in straight lines and smooth curves; what noise and shadow part is ragged.
@@ -166,11 +169,13 @@ def straightness(border: Floats, e: int, scratch: Floats) -> float:
         return 0.3
     covariance(border, e, t.MIDPOINT, t.MIDSPREAD, length, scratch)
     across, along = eigenvalue(scratch, 1), eigenvalue(scratch, 2)
-    return math.sqrt(max(across, 0.0) / (along + 1e-12)) if along > 0 else 0.3
+    if along <= (SAME_PLACE * unit) ** 2:
+        return 0.3
+    return math.sqrt(max(across, 0.0) / along)
 
 
 @compiled
-def region_convexity(region: Floats, i: int, j: int) -> float:
+def region_convexity(region: Floats, i: int, j: int, unit: float) -> float:
     """How the mean normals of the two regions turn along the way between their centroids."""
     length_i, length_j, dist, turn = 0.0, 0.0, 0.0, 0.0
     for axis in range(3):
@@ -186,7 +191,8 @@ def region_convexity(region: Floats, i: int, j: int) -> float:
         turn += (
             region[i, t.NORMAL + axis] / length_i - region[j, t.NORMAL + axis] / length_j
         ) * way
-    return turn / (math.sqrt(dist) + 1e-9)
+    dist = math.sqrt(dist)
+    return turn / dist if dist > SAME_PLACE * unit else 0.0
 
 
 @compiled

@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 
 from geohue.compute.compiled import compiled
 
+PARALLEL = 1e-7
+"""Cross products of rows, over the squared size of a matrix, that are rounding: a double eigenvalue
+is known to half of the digits only."""
+
 
 @compiled
 def covariance(
@@ -36,11 +40,9 @@ def eigenvalue(m: NDArray[np.float64], which: int) -> float:
     size = math.sqrt((a * a + d * d + f * f + 2 * off) / 6)
     if size <= 1e-150:
         return float(mean)
-    half = (
-        a * (d * f - m[4] * m[4])
-        - m[1] * (m[1] * f - m[4] * m[2])
-        + m[2] * (m[1] * m[4] - d * m[2])
-    ) / (2 * size * size * size)
+    a, d, f = a / size, d / size, f / size  # first of all: the cube of a small size would be 0
+    b, c, e = m[1] / size, m[2] / size, m[4] / size
+    half = (a * (d * f - e * e) - b * (b * f - e * c) + c * (b * e - d * c)) / 2
     angle = math.acos(min(1.0, max(-1.0, half))) / 3
     if which == 2:
         return float(mean + 2 * size * math.cos(angle))
@@ -56,9 +58,11 @@ def eigenvector(
 ) -> None:
     """Write a unit vector that a matrix stretches by `value`: across two rows of m - value I.
 
-    Of the three pairs of rows that with the largest cross product; zeros if all rows are parallel,
-    where the eigenvalue is double and no direction is special.
+    Of the three pairs of rows that with the largest cross product; zeros if all rows are parallel
+    but for rounding, where the eigenvalue is double and no direction is special.
     """
+    most = m[0] * m[0] + m[3] * m[3] + m[5] * m[5]
+    most += 2 * (m[1] * m[1] + m[2] * m[2] + m[4] * m[4])
     a, d, f = m[0] - value, m[3] - value, m[5] - value
     b, c, e = m[1], m[2], m[4]
     x0, y0, z0 = b * e - c * d, c * b - a * e, a * d - b * b
@@ -73,5 +77,5 @@ def eigenvector(
         x0, y0, z0, n0 = x1, y1, z1, n1
     if n2 > n0:
         x0, y0, z0, n0 = x2, y2, z2, n2
-    scale = 1 / math.sqrt(n0) if n0 > 0 else 0.0
+    scale = 1 / math.sqrt(n0) if n0 > (PARALLEL * most) ** 2 else 0.0
     out[row, at], out[row, at + 1], out[row, at + 2] = x0 * scale, y0 * scale, z0 * scale

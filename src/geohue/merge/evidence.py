@@ -140,7 +140,8 @@ def turns(normals: Floats, away: Floats, one: Positions, other: Positions) -> Fl
     """
     length = np.sqrt((away**2).sum(axis=1))
     turn = ((normals[other] - normals[one]) * away).sum(axis=1)
-    return np.asarray(turn / np.maximum(length, 1e-12))
+    rounding = 1e-12 * length.max(initial=0.0)
+    return np.asarray(turn / np.maximum(length, rounding or 1.0))
 
 
 def _texture(lab: Floats, one: Positions, other: Positions) -> Positions:

@@ -171,12 +171,14 @@ def take_up(table: Table, links: Links, queue: Queue, kept: int, gone: int, e: i
     while half >= 0:
         at, following = half >> 1, links.next[half]
         if queue.place[at] >= 0:
-            other = table.ends[at, 1 - (half & 1)]
-            if marks[other] >= 0:
+            same = marks[table.ends[at, 1 - (half & 1)]]
+            # Of two borders with one region the lower number stays: of two links, the nearer.
+            if same >= 0:
+                low, high = min(at, same), max(at, same)
                 for k in range(border.shape[1]):
-                    border[marks[other], k] += border[at, k]
-                remove(queue, at)
-            else:
+                    border[low, k] += border[high, k]
+                remove(queue, high)
+            if same < 0 or same > at:
                 table.ends[at, half & 1] = kept
                 append(links, kept, half)
         half = following
