@@ -80,7 +80,7 @@ def _check(file: io.BytesIO, head: LasHead, path: str | Path) -> int:
         raise broken(path, f"{cause}; copy or export it again")
     if not head.compressed:
         return head.count
-    return check_laz(file, head, optional("lazrs", "clouds", path), Path(path))
+    return check_laz(file, head, optional("lazrs", "clouds", path), Path(path)).largest
 
 
 def _columns(laspy: Any, file: BinaryIO, head: LasHead, largest: int) -> dict[str, NDArray[Any]]:
