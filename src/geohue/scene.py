@@ -244,7 +244,7 @@ class Scene:
         -------
         Scene
             On the grid of the points, if they have one. `unseen` marks the points in nobody's
-            view: `geohue.sensors.label_unseen` gives them the label of the nearest labelled one.
+            view: `geohue.segment` gives them the label of the nearest labelled one.
 
         Raises
         ------

@@ -244,6 +244,19 @@ def test_las_without_colours_and_with_8_bit_ones(tmp_path: Path) -> None:
         check(tmp_path / "a.las", colors=colors is not None)
 
 
+def test_las_whose_scale_passes_all_numbers(tmp_path: Path) -> None:
+    """The same as in pieces: points without a position, and no warning."""
+    pytest.importorskip("laspy", reason="needs geohue[clouds]")
+    from geohue.io.las import write_las
+
+    write_las(tmp_path / "a.las", XYZ, RGB, np.zeros(4, np.int32))
+    content = bytearray((tmp_path / "a.las").read_bytes())
+    content[131:139] = struct.pack("<d", 1e308)  # of x
+    (tmp_path / "a.las").write_bytes(content)
+    with pytest.raises(GeohueError, match="no point with finite"):
+        read_cloud(tmp_path / "a.las")
+
+
 def write_e57(file: Path, colors: NDArray[Any] | None) -> None:
     pye57 = pytest.importorskip("pye57", reason="needs geohue[clouds]")
     scan: dict[str, Any] = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), XYZ.T, strict=True))

@@ -15,7 +15,7 @@ from geohue.evaluate.frames import Frame, load_frame
 from geohue.evaluate.summary import by_trial, column
 from geohue.evaluate.trials import Trial
 from geohue.io.atomic import atomic_write
-from geohue.io.images import read_labels, write_png
+from geohue.io.images import read_written_labels, write_png
 from geohue.jobs.ledger import Row
 from geohue.picture import overlay
 
@@ -121,7 +121,7 @@ def _strip(out: Path, row: Row, frame: Frame, crop: Crop | None) -> NDArray[np.u
     import cv2
 
     scene, truth = load_frame(frame, crop)
-    labels = read_labels(out / LABELS / _trial(row).name / f"{frame.name}.png") - 1
+    labels = read_written_labels(out / LABELS / _trial(row).name / frame.name)
     shown = [scene.colors, overlay(scene.colors, truth - 1), overlay(scene.colors, labels)]
     strip = np.ascontiguousarray(np.hstack(shown)[::2, ::2])
     text = f"{frame.name}  VoI {float(row['voi_bits']):.2f}  K {row['n_pred']} of {row['n_gt']}"

@@ -96,8 +96,9 @@ def _columns(laspy: Any, file: BinaryIO, head: LasHead, largest: int) -> dict[st
         wanted = [n for n in _COLORS if names.issuperset(_COLORS)]
         label = next((n for n in _LABELS if n in names), None)
         for chunk in reader.chunk_iterator(min(_CHUNK, head.count)):
-            for name in ("x", "y", "z"):
-                parts.setdefault(name, []).append(np.array(chunk[name], np.float64))
+            with np.errstate(all="ignore"):  # a damaged header may scale beyond all numbers
+                for name in ("x", "y", "z"):
+                    parts.setdefault(name, []).append(np.array(chunk[name], np.float64))
             for name in wanted:
                 parts.setdefault(name, []).append(np.array(chunk[name]))
             if label is not None:
