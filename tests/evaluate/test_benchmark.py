@@ -24,6 +24,7 @@ from geohue.evaluate.summary import Spread, summarise, table
 from geohue.evaluate.trials import Answer, Conditions, Trial, plan
 from geohue.io.images import read_labels, read_written_labels, write_png
 from geohue.jobs.ledger import Ledger, Row
+from geohue.jobs.lock import LOCK
 from geohue.jobs.pool import run_jobs
 
 HERE = Path(__file__).parent
@@ -231,7 +232,7 @@ def test_command_writes_table_and_pictures(
     given = ["benchmark", str(frames), "-o", str(out), "-k", "2", "--presets", "fast"]
     assert command([*given, "--limit", "2"]) == 0
     assert "| nncsc | fusion | fast | 2 | 0 | 0.000 |" in capsys.readouterr().out
-    assert {path.name for path in out.iterdir()} == {
+    assert {path.name for path in out.iterdir()} - {LOCK} == {
         "frames.csv",
         "run.json",
         "summary.md",

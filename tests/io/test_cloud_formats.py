@@ -201,6 +201,24 @@ def test_refuses_a_model_that_announces_other_numbers(tmp_path: Path, count: int
 # --- LAS and E57 ---------------------------------------------------------------------------------
 
 
+def test_a_scene_keeps_the_normals_of_its_file(tmp_path: Path) -> None:
+    lines = [f"{' '.join(f'{v:g}' for v in row)}" for row in np.hstack([XYZ, NORMALS, RGB])]
+    ply = "ply\nformat ascii 1.0\nelement vertex 4\n"
+    ply += "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+    ply += "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    rows = [
+        f"{' '.join(line.split()[:6])} {r << 16 | g << 8 | b}"
+        for line, (r, g, b) in zip(lines, RGB.tolist(), strict=True)
+    ]
+    pcd = "VERSION .7\nFIELDS x y z normal_x normal_y normal_z rgb\nSIZE 4 4 4 4 4 4 4\n"
+    pcd += "TYPE F F F F F F U\nCOUNT 1 1 1 1 1 1 1\nWIDTH 4\nHEIGHT 1\nPOINTS 4\nDATA ascii\n"
+    content = {"a.ply": f"{ply}end_header\n" + "\n".join(lines), "a.pcd": pcd + "\n".join(rows)}
+    for name, text_ in content.items():
+        scene = read_scene(saved(tmp_path, name, text_ + "\n"))
+        assert np.array_equal(scene.colors, RGB)
+        assert scene.normals == pytest.approx(NORMALS)
+
+
 @RELAXED
 @given(
     n=st.integers(2, 300),

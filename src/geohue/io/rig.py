@@ -221,18 +221,12 @@ def rotation_from_quaternion(xyzw: Sequence[float]) -> Vector:
     >>> rotation_from_quaternion([0, 0, 1, 1]).round().tolist()
     [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
     """
+    from scipy.spatial.transform import Rotation
+
     q = np.asarray(xyzw, np.float64)
-    length = float(np.linalg.norm(q))
-    if q.shape != (4,) or not 0 < length < np.inf:
+    if q.shape != (4,) or not 0 < np.linalg.norm(q) < np.inf:
         raise GeohueError(f"quaternion {list(xyzw)[:6]}: expected x, y, z, w, not all zero")
-    x, y, z, w = q / length
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.asarray(Rotation.from_quat(q).as_matrix())
 
 
 def _kitti(text: str, path: str | Path) -> Rig:
