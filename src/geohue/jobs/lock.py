@@ -22,7 +22,7 @@ def only_run(folder: Path) -> Iterator[None]:
     """Keep other runs out of a folder, which is made if it does not exist.
 
     The operating system holds the lock and ends it with the process. The file stays in the folder
-    (some versions of filelock remove it); without a lock on it, it keeps nobody out.
+    and keeps nobody out when it is not locked.
 
     Raises
     ------
