@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
+
+
+def first_value(content: Mapping[Any, Any], names: Iterable[str]) -> Any:
+    """Return the value of the first name that a calibration has, None if it has none of them.
+
+    Parameters
+    ----------
+    content : mapping
+        Keys in upper or lower case.
+    names : iterable of str
+        What the value may be called, in lower case.
+
+    Examples
+    --------
+    >>> first_value({"K": 1, "M1": 2}, ("m1", "k")), first_value({}, ("m1",))
+    (2, None)
+    """
+    lower = {str(key).lower(): value for key, value in content.items()}
+    return next((lower[name] for name in names if name in lower), None)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numba
 import pytest
@@ -86,3 +88,46 @@ print(len(warm) > 10, sorted(signatures() - warm))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "True []"
+
+
+USER = """
+from geohue.compute.compiled import compiled
+from helper import SHARE, half
+
+@compiled
+def loop(x):
+    return half(x) + SHARE
+"""
+HELPER = """
+from geohue.compute.compiled import compiled
+
+SHARE = {share}
+
+@compiled
+def half(x):
+    return x / {divisor}
+"""
+ASK = """
+from geohue.compute.first_run import on_compile
+with on_compile(lambda: print("compiles", end=" ")):
+    from user import loop
+    print(loop(12.0))
+"""
+
+
+def test_machine_code_follows_what_is_compiled_into_it(tmp_path: Path) -> None:
+    """numba keeps the code of `loop` by the file of `loop`, which is not the one that changes."""
+    (tmp_path / "user.py").write_text(USER)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    environment["PYTHONPATH"] = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
+
+    def answer(share: float, divisor: int) -> str:
+        (tmp_path / "helper.py").write_text(HELPER.format(share=share, divisor=divisor))
+        command = [sys.executable, "-B", "-c", ASK]
+        return subprocess.check_output(command, env=environment, text=True, cwd=tmp_path).strip()
+
+    assert answer(1.0, 2) == "compiles 7.0"
+    assert answer(1.0, 2) == "7.0"
+    assert answer(1.0, 3) == "compiles 5.0"
+    assert answer(2.0, 3) == "compiles 6.0"
+    assert answer(2.0, 3) == "6.0"

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from merge.tables import random_evidence
 from numpy.typing import NDArray
-from twins import merge as twin
 
 from geohue.merge import table as t
 from geohue.merge.cues import NAMES, fit_plane, measure
 from geohue.merge.evidence import Evidence
 from geohue.merge.table import tabulate
+from merge.tables import random_evidence
+from twins import merge as twin
 
 SQUARE = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 RING = [[0, 1], [1, 2], [2, 3], [0, 3]]

@@ -96,3 +96,13 @@ def test_importing_loads_no_heavy_library() -> None:
     code = f"import sys, geohue.read, geohue.results; print({heavy} & {{*sys.modules}})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
+
+
+def test_no_other_thread_meets_another_mask(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The mask belongs to the process: files of other threads would be open to everybody."""
+    monkeypatch.setattr(os, "umask", lambda mask: pytest.fail(f"umask({mask})"))
+    with atomic_write(tmp_path / "x.txt") as temporary:
+        temporary.write_text("x")
+    assert (tmp_path / "x.txt").read_text() == "x"

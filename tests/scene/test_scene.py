@@ -1,7 +1,12 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from geohue import GeohueError, Intrinsics, Scene
 
@@ -122,3 +127,38 @@ class TestThinning:
     def test_small_scenes_stay_whole(self) -> None:
         scene = Scene.from_image(np.zeros((3, 3, 3), np.uint8))
         assert scene.thinning(100, np.random.default_rng(0)).ravel().tolist() == list(range(9))
+
+
+class TestNormals:
+    @given(seed=st.integers(0, 999), grid=st.booleans(), scale=st.sampled_from([1e-3, 1.0, 500.0]))
+    def test_have_length_1_and_go_with_their_points(
+        self, seed: int, grid: bool, scale: float
+    ) -> None:
+        rng = np.random.default_rng(seed)
+        shape = (4, 5, 3) if grid else (20, 3)
+        points, given_ = rng.normal(size=shape), rng.normal(0, scale, shape)
+        flat = given_.reshape(-1, 3)
+        flat[3], flat[7, 1], flat[9, 2] = 0, np.nan, np.inf
+        scene = Scene.from_cloud(points, np.zeros(shape, np.uint8), given_)
+        positions = rng.permutation(20)[:12].reshape(3, 4)
+        part = scene.take(positions)
+        assert scene.normals is not None
+        assert part.normals is not None
+        assert scene.normals.dtype == np.float32
+        assert scene.normals.shape == shape
+        assert part.normals.shape == part.points.shape == (3, 4, 3)
+        for i, normal in zip(positions.ravel(), part.normals.reshape(-1, 3), strict=True):
+            if i in (3, 7, 9):
+                assert np.isnan(normal).all()
+            else:
+                assert normal == pytest.approx(flat[i] / np.linalg.norm(flat[i]), abs=1e-6)
+
+    def test_are_none_where_none_are_given(self) -> None:
+        scene = Scene.from_cloud(np.eye(3), np.zeros((3, 3), np.uint8))
+        assert scene.normals is None
+        assert scene.take(np.array([1])).normals is None
+
+    @pytest.mark.parametrize("normals", [np.zeros((2, 3)), np.zeros(3), np.full((3, 3), "x")])
+    def test_of_another_shape_or_kind_are_refused(self, normals: NDArray[Any]) -> None:
+        with pytest.raises(GeohueError, match=r"normals have shape .* of the points, \(3, 3\)"):
+            Scene.from_cloud(np.eye(3), np.zeros((3, 3), np.uint8), normals)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from geohue import GeohueError, Intrinsics, Scene, segment
@@ -118,6 +120,22 @@ def test_points_in_nobodys_view_keep_geometry_and_take_the_nearest_label() -> No
     assert (scene.colors[:, 50:] == GREEN).all()
 
 
+@given(gaps=st.lists(st.floats(0.01, 0.09), min_size=1, max_size=8))
+def test_labels_of_the_unseen_reach_no_farther_at_a_second_call(gaps: list[float]) -> None:
+    # Two labelled points 1 m apart, then unseen ones, each near the one before: reach is 0.05 m.
+    places = np.concatenate([[0.0, 1.0], 1.0 + np.cumsum(gaps)])
+    points = np.zeros((len(places), 3), np.float32)
+    points[:, 0] = places
+    unseen = np.arange(len(places)) >= 2
+    scene = Scene(np.zeros((len(places), 3), np.uint8), points, unseen=unseen)
+    labels = np.full(len(places), -1, np.int32)
+    labels[:2] = 0, 1
+    once = label_unseen(labels, scene)
+    near = points[:, 0] - 1 < 0.05
+    assert once[2:].tolist() == np.where(near[2:], 1, -1).tolist()
+    assert np.array_equal(label_unseen(once, scene), once)
+
+
 def scan() -> NDArray[np.float32]:
     """A scanner's view of a wall at 4 m with a post at 2 m before it; x forward, z up."""
     azimuth, elevation = np.meshgrid(
@@ -211,7 +229,9 @@ def test_kitti_lidar_with_two_cameras(data_dir: Path) -> None:
     difference = np.abs(scene.colors.astype(int) - scene.second_colors)[scene.valid]
     assert difference.mean() < 16  # against 36 at 20 px beside the mark
     seg = segment(scene, preset="fast")
-    labels = label_unseen(seg.labels, scene)
     assert seg.k >= 2
-    assert (labels[scene.valid] >= 0).all()
-    assert (labels >= 0).sum() > (seg.labels >= 0).sum()
+    assert (seg.labels[scene.valid] >= 0).all()
+    assert scene.unseen is not None
+    assert (seg.labels[scene.unseen] >= 0).any()  # labelled by the nearest seen point
+    assert (seg.labels[scene.unseen] < 0).any()  # behind the scanner
+    assert np.array_equal(label_unseen(seg.labels, scene), seg.labels)

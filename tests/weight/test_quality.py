@@ -178,26 +178,11 @@ def test_scale_of_the_scene_does_not_matter() -> None:
     points, colors = rng.normal(size=(50, 3)), rng.integers(0, 255, (50, 3)).astype(np.uint8)
     labels = (points[:, 0] > 0).astype(np.int32)
     values = [
-        QualityMetric(Scene.from_cloud(points * s + t, colors), "radius")(labels)
+        QualityMetric(Scene.from_cloud(points * s + t, colors))(labels)
         for s, t in ((1, 0), (1000, 0), (0.01, 5))
     ]
     totals = [value.total for value in values if value is not None]
     assert totals == pytest.approx([totals[0]] * 3, abs=1e-4)
-
-
-def test_radius_texture_by_hand() -> None:
-    """Four points in a row, radius 1.1: the two inner ones see two neighbours, the outer one."""
-    points = np.zeros((6, 3))
-    points[:, 0] = [0, 1, 2, 3, 50, 51]
-    colors = np.zeros((6, 3), np.uint8)
-    colors[1, 0] = 255
-    labels = np.array([0, 0, 0, 0, 1, 1], np.int32)
-    scene = Scene.from_cloud(points, colors)
-    quality = QualityMetric(scene, "radius", radius=1.1)(labels)
-    assert quality is not None
-    local = np.array([np.sqrt(1 / 2 - 1 / 4), np.sqrt(1 / 3 - 1 / 9), np.sqrt(1 / 3 - 1 / 9), 0])
-    sigma = np.sqrt(1 / 4 - 1 / 16)
-    assert quality.color_intra == pytest.approx(max(sigma - local.mean(), 0) * 4 / 6, abs=1e-6)
 
 
 def test_labels_of_another_shape_are_refused() -> None:
@@ -210,7 +195,7 @@ def test_bad_options() -> None:
     scene = Scene.from_cloud(np.eye(3), np.zeros((3, 3), np.uint8))
     with pytest.raises(GeohueError, match="needs a grid"):
         QualityMetric(scene, "window")
-    with pytest.raises(GeohueError, match="auto, window, radius, off"):
+    with pytest.raises(GeohueError, match="auto, window, off"):
         QualityMetric(scene, "wide")  # type: ignore[arg-type]
     with pytest.raises(GeohueError, match="sum, euclidean"):
         QualityMetric(scene, norm="max")  # type: ignore[arg-type]

@@ -52,7 +52,8 @@ def benchmark(
     """Measure methods on a folder of labelled frames.
 
     Writes frames.csv (a row a frame), summary.md, the labels and plots to DIR. A run that was
-    killed goes on with --resume.
+    killed goes on with --resume. A frame that fails is named there and stops nothing; the exit
+    status is then 1.
     """
     wanted_k = whole_or_auto(k, "-k")
     window = _crop(protocol, crop)
@@ -85,6 +86,8 @@ def benchmark(
 
         draw_run(out, rows, find_frames(folder, limit), window)
     typer.echo(text, nl=False)
+    if any(row["error"] for row in rows):
+        raise typer.Exit(1)
 
 
 def _plan(methods: str, cues: str, presets: str) -> list[Trial]:

@@ -68,7 +68,8 @@ def compare(
 
     Scenes are given as to geohue segment. Writes plate.png (rows are methods, columns cues),
     compare.html with the pictures and figures, compare.csv, compare.json and the labels of every
-    cell (with --json and without -o, nothing is written).
+    cell (with --json and without -o, nothing is written). A method that fails stops no other; the
+    exit status is then 1.
     """
     wanted_k = whole_or_auto(k, "-k")
     from geohue.features import CUES
@@ -121,6 +122,8 @@ def compare(
     if files:
         names = ", ".join(file.name for file in files if file.parent == folder)
         typer.echo(f"{folder}: {names}, labels", err=as_json)
+    if failed:
+        raise typer.Exit(1)
 
 
 def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:

@@ -85,6 +85,29 @@ def check_cloud_colors(colors: NDArray[np.generic], shape: tuple[int, ...]) -> N
     return np.rint(values * 255).astype(np.uint8)
 
 
+def check_normals(normals: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32] | None:
+    """Return the normals of a cloud with length 1, NaN where there is none, or say what is wrong.
+
+    Examples
+    --------
+    >>> check_normals([[0, 3, 4], [0, 0, 0]], (2, 3)).tolist()
+    [[0.0, 0.6000000238418579, 0.800000011920929], [nan, nan, nan]]
+    """
+    if normals is None:
+        return None
+    values = np.asarray(normals)
+    if values.shape != shape or not is_real(values):
+        raise GeohueError(
+            f"the normals have shape {values.shape} and type {values.dtype}: expected numbers in "
+            f"the shape of the points, {shape}"
+        )
+    values = values.astype(np.float64)
+    with np.errstate(all="ignore"):
+        length = np.sqrt((values**2).sum(axis=-1, keepdims=True))
+        unit = np.where((length > 0) & (length < np.inf), values / length, np.nan)
+    return unit.astype(np.float32)
+
+
 def centered(xyz: NDArray[np.generic]) -> NDArray[np.float32]:
     """Cast to float32, after the offset of map coordinates is taken off: no label depends on it."""
     points = xyz.astype(np.float64)

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import njit
 from numba.core import event
+from numba.core.dispatcher import Dispatcher
 
 from geohue.compute.first_run import announce
 from geohue.errors import GeohueWarning
@@ -35,7 +39,9 @@ event.register("numba:compile", _Announcer())
 def kept_on_disk(function: _F, **options: Any) -> _F:
     """Compile with numba's `options`; without a folder to write to, at every run anew."""
     try:
-        return cast(_F, njit(cache=True, nogil=True, **options)(function))
+        kept = njit(cache=True, nogil=True, **options)(function)
+        _also_depend(kept, _inlined(function))
+        return cast(_F, kept)
     except RuntimeError:
         warnings.warn(
             "compiled loops cannot be kept, so every run compiles them again: set NUMBA_CACHE_DIR "
@@ -44,6 +50,51 @@ def kept_on_disk(function: _F, **options: Any) -> _F:
             stacklevel=1,
         )
         return cast(_F, njit(nogil=True, **options)(function))
+
+
+def _also_depend(kept: Any, inlined: str) -> None:
+    """Make machine code on disk stale when what is compiled into it from other files changes.
+
+    numba looks at the file of the function alone. Its index of a function's machine code is used
+    as long as the stamp in it, which gets the hash `inlined` here, is that of the index on disk.
+    """
+    index = kept._cache._cache_file
+    index._source_stamp = (index._source_stamp, inlined)
+
+
+def _inlined(function: Callable[..., Any]) -> str:
+    """Return a hash of the sources and constants from which a loop may take parts.
+
+    These are the files of the compiled functions that its module names, of those that their modules
+    name, and so on, and the modules' constants (names in capitals), which other files may give.
+    """
+    parts: dict[str, str] = {}
+    waiting = [function]
+    while waiting:
+        current = waiting.pop()
+        names = current.__globals__
+        file = current.__code__.co_filename
+        if file in parts:
+            continue
+        constants = [(k, repr(v)) for k, v in names.items() if k.isupper() and _is_constant(v)]
+        # Numba looks after the function's own file.
+        parts[file] = repr(sorted(constants)) + ("" if current is function else _content(file))
+        waiting += [value.py_func for value in names.values() if isinstance(value, Dispatcher)]
+    return sha256(repr(sorted(parts.items())).encode()).hexdigest()
+
+
+def _is_constant(value: object) -> bool:
+    if isinstance(value, tuple):  # of functions, say, it would differ from run to run
+        return all(_is_constant(part) for part in value)
+    return isinstance(value, bool | int | float | str)
+
+
+@cache
+def _content(file: str) -> str:
+    try:
+        return sha256(Path(file).read_bytes()).hexdigest()
+    except OSError:  # not a file, as in a notebook: numba keeps nothing of it either
+        return ""
 
 
 def compiled(function: _F) -> _F:

@@ -16,6 +16,7 @@ def label_unseen(labels: NDArray[np.int32], scene: Scene) -> NDArray[np.int32]:
     They take no part in the segmentation itself: geometry alone would pull them, and the points
     that share a surface with them have a colour and a label. Points farther from every labelled
     one than 5 % of the labelled scene's extent (behind a scanner's cameras) stay without a label.
+    `geohue.segment` does this last; a second call changes nothing.
 
     Parameters
     ----------
@@ -43,7 +44,8 @@ def label_unseen(labels: NDArray[np.int32], scene: Scene) -> NDArray[np.int32]:
     points = scene.points.reshape(-1, 3)
     flat = labels.reshape(-1).copy()
     lacking = scene.unseen.reshape(-1) & (flat < 0) & np.isfinite(points).all(axis=1)
-    known = (flat >= 0) & np.isfinite(points).all(axis=1)
+    # Labels given here lend none in turn: a second call would reach farther than the first.
+    known = ~scene.unseen.reshape(-1) & (flat >= 0) & np.isfinite(points).all(axis=1)
     if not lacking.any() or not known.any():
         return labels
     reach = _REACH * float(np.linalg.norm(np.ptp(points[known], axis=0)))

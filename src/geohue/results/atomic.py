@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from secrets import token_hex
 
 from geohue.read.files import broken, reason
 
@@ -80,12 +80,12 @@ def check_folder(folder: str | Path) -> None:
 
 def _empty_file_beside(target: Path) -> Path:
     """Make the temporary file, readable by whom a plain new file would be readable."""
-    handle, name = tempfile.mkstemp(
-        prefix=f".{target.stem[:40]}-", suffix=target.suffix, dir=target.parent
-    )
-    os.close(handle)
-    temporary = Path(name)
-    mask = os.umask(0)
-    os.umask(mask)
-    temporary.chmod(0o666 & ~mask)
-    return temporary
+    while True:
+        # `tempfile` makes files that the owner alone reads, and `umask`, which says what others may
+        # do, can only be asked by changing it for all threads: so the system applies it to this.
+        temporary = target.with_name(f".{target.stem[:40]}-{token_hex(8)}{target.suffix}")
+        try:
+            temporary.touch(exist_ok=False)
+        except FileExistsError:
+            continue
+        return temporary

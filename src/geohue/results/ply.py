@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from geohue.read.files import broken
 from geohue.results.atomic import atomic_write
 
 
-def write_ply(
-    path: str | Path,
-    points: ArrayLike,
-    colors: ArrayLike,
-    labels: ArrayLike,
-    normals: ArrayLike | None = None,
-) -> None:
+def write_ply(path: str | Path, points: ArrayLike, colors: ArrayLike, labels: ArrayLike) -> None:
     """Write a labelled cloud as binary little-endian PLY, whole or not at all.
 
     Parameters
@@ -30,48 +25,43 @@ def write_ply(
         sRGB.
     labels : (...) integers
         Written twice: as int ``label`` and as float ``scalar_label``, which CloudCompare shows.
-    normals : (..., 3), optional
-        Written as nx, ny, nz after the coordinates.
 
     Raises
     ------
     GeohueError
         If the shapes do not fit together or the file cannot be written.
     """
-    columns = {"xyz": np.asarray(points, np.float32)}
-    if normals is not None:
-        columns["nxyz"] = np.asarray(normals, np.float32)
-    columns["rgb"] = np.asarray(colors, np.uint8)
+    columns: dict[str, NDArray[Any]] = {
+        "xyz": np.asarray(points, np.float32),
+        "rgb": np.asarray(colors, np.uint8),
+    }
     label = np.asarray(labels, np.int32)
     for name, values in columns.items():
         if values.shape != (*label.shape, 3):
             shapes = f"{name} has the shape {values.shape}, labels {label.shape}"
             raise broken(path, f"not written: {shapes}; one row of three a label is needed")
-    rows = np.empty(label.size, _OUTPUT if normals is not None else _OUTPUT_WITHOUT_NORMALS)
+    rows = np.empty(label.size, _OUTPUT)
     for name, values in columns.items():
         rows[name] = values.reshape(-1, 3)
     rows["label"] = label.ravel()
     rows["scalar_label"] = label.ravel()
     with atomic_write(path) as temporary, temporary.open("wb") as file:
-        file.write(_output_header(label.size, normals is not None).encode())
+        file.write(_output_header(label.size).encode())
         file.write(rows.tobytes())
 
 
 _OUTPUT = np.dtype(
     [
         ("xyz", "<f4", 3),
-        ("nxyz", "<f4", 3),
         ("rgb", "u1", 3),
         ("label", "<i4"),
         ("scalar_label", "<f4"),
     ]
 )
-_OUTPUT_WITHOUT_NORMALS = np.dtype([d for d in _OUTPUT.descr if d[0] != "nxyz"])
 
 
-def _output_header(count: int, normals: bool) -> str:
+def _output_header(count: int) -> str:
     names = ["float x", "float y", "float z"]
-    names += ["float nx", "float ny", "float nz"] if normals else []
     names += ["uchar red", "uchar green", "uchar blue", "int label", "float scalar_label"]
     properties = "".join(f"property {name}\n" for name in names)
     start = "ply\nformat binary_little_endian 1.0\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from geohue.compute.checks import (
     check_depth,
     check_disparity,
     check_image,
+    check_normals,
     is_real,
 )
 from geohue.errors import GeohueError
@@ -53,6 +54,8 @@ class Scene:
     unseen : bool, shape of the labels, or None
         Range points that no camera sees: they have a position but no colour of their own
         (`colors` has the nearest point's), and take no part in the segmentation.
+    normals : float32, shape of `points`, or None
+        Surface normals of length 1 that came with a cloud; NaN in all three where there is none.
     """
 
     colors: NDArray[np.uint8]
@@ -62,6 +65,7 @@ class Scene:
     second_colors: NDArray[np.uint8] | None = None
     warnings: tuple[str, ...] = ()
     unseen: NDArray[np.bool_] | None = None
+    normals: NDArray[np.float32] | None = None
 
     @classmethod
     def from_rgbd(
@@ -123,7 +127,9 @@ class Scene:
         return cls(colors, camera.unproject(metres), metres, camera, warnings=warnings)
 
     @classmethod
-    def from_cloud(cls, points: ArrayLike, colors: ArrayLike) -> Scene:
+    def from_cloud(
+        cls, points: ArrayLike, colors: ArrayLike, normals: ArrayLike | None = None
+    ) -> Scene:
         """Make a scene from a coloured point cloud, organised on a grid or not.
 
         Parameters
@@ -132,6 +138,8 @@ class Scene:
             Coordinates in any unit and frame; non-finite points are missing.
         colors : (N, 3) or (H, W, 3) uint8, or float in 0..1
             sRGB.
+        normals : float, shape of `points`, optional
+            Surface normals of any length; zero and not finite ones are missing.
 
         Returns
         -------
@@ -156,7 +164,7 @@ class Scene:
                 "expected (N, 3) or (H, W, 3) numbers"
             )
         rgb = check_cloud_colors(np.asarray(colors), xyz.shape)
-        return cls(rgb, centered(xyz))
+        return cls(rgb, centered(xyz), normals=check_normals(normals, xyz.shape))
 
     @classmethod
     def from_stereo(
@@ -268,7 +276,7 @@ class Scene:
         -------
         Scene
             On the grid of the points, if they have one. `unseen` marks the points in nobody's
-            view: `geohue.fill.unseen.label_unseen` gives each the label of the nearest labelled.
+            view: `geohue.segment` gives them the label of the nearest labelled one.
 
         Raises
         ------
@@ -380,12 +388,9 @@ class Scene:
 
     def take(self, positions: NDArray[np.int64]) -> Scene:
         """Return the scene at some flat positions, in the shape of `positions`."""
-        second = self.second_colors
-        return replace(
-            self,
-            colors=self.colors.reshape(-1, 3)[positions],
-            points=self.points.reshape(-1, 3)[positions],
-            depth=None if self.depth is None else self.depth.reshape(-1)[positions],
-            second_colors=None if second is None else second.reshape(-1, 3)[positions],
-            unseen=None if self.unseen is None else self.unseen.reshape(-1)[positions],
-        )
+        changes: dict[str, Any] = {}
+        for name in ("colors", "points", "depth", "second_colors", "unseen", "normals"):
+            values = getattr(self, name)
+            if values is not None:
+                changes[name] = values.reshape(-1, *values.shape[len(self.shape) :])[positions]
+        return replace(self, **changes)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.camera import Intrinsics
+from geohue.camera import Intrinsics, first_value
 from geohue.errors import GeohueError
 from geohue.stereo.rig import StereoRig, camera_from_matrix
 
@@ -58,17 +58,24 @@ def _from_matrices(content: Content) -> StereoRig | None:
     cameras = []
     for n, side in ((1, "left"), (2, "right")):
         names = (f"k{n}", f"m{n}", f"cameramatrix{n}", f"camera_matrix_{n}", f"camera_matrix{n}")
-        K = _first(content, (*names, f"k_{side}", f"camera_matrix_{side}", f"{side}_camera_matrix"))
+        K = first_value(
+            content, (*names, f"k_{side}", f"camera_matrix_{side}", f"{side}_camera_matrix")
+        )
         cameras.append(None if K is None else _matrix(K, 3, 3))
     K1, K2 = cameras
     if K1 is None or K2 is None:
         return None
     bends = [
-        tuple(_flat(_first(content, (f"d{n}", f"distcoeffs{n}", f"dist_coeffs{n}", f"d_{side}"))))
+        tuple(
+            _flat(first_value(content, (f"d{n}", f"distcoeffs{n}", f"dist_coeffs{n}", f"d_{side}")))
+        )
         for n, side in ((1, "left"), (2, "right"))
     ]
     size = _size(content)
-    rotation, shift = _first(content, ("r", "rotation")), _first(content, ("t", "translation"))
+    rotation, shift = (
+        first_value(content, ("r", "rotation")),
+        first_value(content, ("t", "translation")),
+    )
     T, notes = (None, ()) if shift is None else _in_metres(np.array(_flat(shift)))
     R = None if rotation is None else _matrix(rotation, 3, 3)
     rig = StereoRig(
@@ -225,12 +232,8 @@ _FORMATS = (
 # --- values ------------------------------------------------------------------------------------
 
 
-def _first(content: Content, names: Iterable[str]) -> Any:
-    return next((content[name] for name in names if name in content), None)
-
-
 def _number(content: Content, *names: str) -> float | None:
-    value = _first(content, names)
+    value = first_value(content, names)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     return float(value)
@@ -270,7 +273,7 @@ def _size(content: Content) -> tuple[int | None, int | None]:
     width = _number(content, "width", "image_width")
     height = _number(content, "height", "image_height")
     if width is None or height is None:
-        size = _flat(_first(content, ("image_size", "size", "resolution")))
+        size = _flat(first_value(content, ("image_size", "size", "resolution")))
         if len(size) != 2:
             return None, None
         width, height = size

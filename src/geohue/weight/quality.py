@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 from geohue.errors import GeohueError
 from geohue.scene import Scene
 
-Texture = Literal["auto", "window", "radius", "off"]
+Texture = Literal["auto", "window", "off"]
 TEXTURES: tuple[Texture, ...] = get_args(Texture)
 
 Norm = Literal["sum", "euclidean"]
 NORMS: tuple[Norm, ...] = get_args(Norm)
-
-RADIUS_NEIGHBOURS = 12
-"""The default radius of the texture term of a cloud reaches about this many neighbours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,15 +52,12 @@ class QualityMetric:
     ----------
     scene : Scene
         Points without geometry are left out.
-    texture : {"auto", "window", "radius", "off"}
-        How sigma_t (eq. 6) finds the local deviation: in 3 x 3 ``window`` of the grid, among the
-        neighbours within a ``radius`` in a cloud, or not at all (``off``: sigma_t = 0). ``auto``
-        is the window for a grid and off for a cloud, which the paper allows as its faster form.
+    texture : {"auto", "window", "off"}
+        How sigma_t (eq. 6) finds the local deviation: in 3 x 3 ``window`` of the grid, or not at
+        all (``off``: sigma_t = 0). ``auto`` is the window for a grid and off for a cloud, which
+        the paper allows as its faster form.
     norm : {"sum", "euclidean"}
         How the deviations and distances of the three channels become one number.
-    radius : float, optional
-        Of the neighbours, in the unit of the points. By default such that a cloud's typical
-        point has about a dozen.
 
     Raises
     ------
@@ -82,19 +76,13 @@ class QualityMetric:
     3.0
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        texture: Texture = "auto",
-        norm: Norm = "sum",
-        radius: float | None = None,
-    ) -> None:
+    def __init__(self, scene: Scene, texture: Texture = "auto", norm: Norm = "sum") -> None:
         if texture not in TEXTURES:
             raise GeohueError(f"texture {texture!r}: choose one of {', '.join(TEXTURES)}")
         if norm not in NORMS:
             raise GeohueError(f"norm {norm!r}: choose one of {', '.join(NORMS)}")
         if texture == "window" and not scene.is_grid:
-            raise GeohueError('texture="window" needs a grid; use "radius" or "off" for a cloud')
+            raise GeohueError('texture="window" needs a grid; use "off" for a cloud')
         self._norm = norm
         self._valid = scene.valid
         self._all_valid = bool(self._valid.all())
@@ -104,14 +92,8 @@ class QualityMetric:
         if texture == "auto":
             texture = "window" if scene.is_grid else "off"
         self._local: NDArray[np.float32] | None = None
-        self._neighbours: _RadiusNeighbours | None = None
         if texture == "window":
             self._local = _window_deviation(scene.colors, norm)
-        elif texture == "radius":
-            self._neighbours = _RadiusNeighbours(scene.points[self._valid], radius)
-            unit = scene.colors[self._valid].astype(np.float32) / np.float32(255)
-            self._local = np.zeros(scene.shape, np.float32)
-            self._local[self._valid] = self._neighbours.deviation(unit, norm)
 
     def __call__(self, labels: NDArray[np.int32]) -> Quality | None:
         """Score a segmentation.
@@ -199,11 +181,7 @@ class QualityMetric:
         total, count = np.zeros(k), np.zeros(k, np.int64)
         if self._local is None:
             return total
-        if self._neighbours is None:
-            interior = _window_interior(used)
-        else:
-            interior = np.zeros(used.shape, bool)
-            interior[self._valid] = self._neighbours.interior(used[self._valid])
+        interior = _window_interior(used)
         flat = used.reshape(-1), interior.reshape(-1), self._local.reshape(-1)
         add_texture(*flat, count, total)
         # A segment too thin to have an interior has no measurable texture.
@@ -249,33 +227,3 @@ def _window_interior(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
     interior = np.zeros(labels.shape, bool)
     window_interior(np.ascontiguousarray(labels), interior)
     return interior
-
-
-class _RadiusNeighbours:
-    """The points within a radius of each point of a cloud, as index pairs."""
-
-    def __init__(self, points: NDArray[np.float32], radius: float | None) -> None:
-        from scipy.spatial import cKDTree
-
-        tree = cKDTree(points)
-        if radius is None:
-            reach, _ = tree.query(points, min(RADIUS_NEIGHBOURS + 1, len(points)))
-            radius = float(np.median(np.atleast_2d(reach)[:, -1])) if len(points) > 1 else 0.0
-        pairs = tree.query_pairs(radius, output_type="ndarray")
-        self._a = np.concatenate([pairs[:, 0], pairs[:, 1]])
-        self._b = np.concatenate([pairs[:, 1], pairs[:, 0]])
-        self._n = len(points)
-
-    def deviation(self, colors: NDArray[np.float32], norm: Norm) -> NDArray[np.float32]:
-        count = 1 + np.bincount(self._a, minlength=self._n)
-        channels = np.empty((self._n, 3))
-        for c in range(3):
-            v = colors[:, c].astype(np.float64)
-            mean = (v + np.bincount(self._a, v[self._b], self._n)) / count
-            square = (v * v + np.bincount(self._a, (v * v)[self._b], self._n)) / count
-            channels[:, c] = np.sqrt(np.maximum(square - mean * mean, 0))
-        return np.asarray(_combine(channels, norm), np.float32)
-
-    def interior(self, labels: NDArray[np.int32]) -> NDArray[np.bool_]:
-        other = np.bincount(self._a, labels[self._a] != labels[self._b], self._n)
-        return np.asarray((other == 0) & (labels >= 0))

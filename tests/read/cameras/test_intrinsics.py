@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 from geohue.camera import Intrinsics
 from geohue.errors import GeohueError, GeohueWarning
 from geohue.read import read_intrinsics
+from geohue.read.cameras.rig import read_rig
+from geohue.read.cameras.stereo_calibration import read_stereo_calibration
 
 SIZED = Intrinsics(525.0, 520.0, 319.5, 239.5, 640, 480)
 BARE = Intrinsics(525.0, 520.0, 319.5, 239.5)
@@ -217,3 +219,22 @@ def test_real_opencv_yaml_warns_of_distortion(data_dir: Path) -> None:
     with pytest.warns(GeohueWarning, match="distortion"):
         camera = read_intrinsics(data_dir / "opencv_samples/left_intrinsics.yml")
     assert camera.fx == pytest.approx(535.91573)
+
+
+@pytest.mark.parametrize("upper", [False, True])
+def test_the_three_calibration_readers_know_a_key_in_any_case(tmp_path: Path, upper: bool) -> None:
+    """A camera, a rig and a stereo pair, from one file with OpenCV's names."""
+    matrix, R = [[500, 0, 320], [0, 500, 240], [0, 0, 1]], np.eye(3).tolist()
+    content: dict[str, object] = {
+        "m1": matrix,
+        "d1": [0.0] * 5,
+        "m2": matrix,
+        "d2": [0.0] * 5,
+        "r": R,
+        "t": [-0.1, 0, 0],
+    }
+    file = tmp_path / "calib.json"
+    file.write_text(json.dumps({k.upper() if upper else k: v for k, v in content.items()}))
+    assert read_intrinsics(file).fx == 500
+    assert read_rig(file).cameras[0].translation == pytest.approx([-0.1, 0, 0])
+    assert read_stereo_calibration(file).baseline == pytest.approx(0.1)

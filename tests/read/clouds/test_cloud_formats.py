@@ -201,6 +201,24 @@ def test_refuses_a_model_that_announces_other_numbers(tmp_path: Path, count: int
 # --- LAS and E57 ---------------------------------------------------------------------------------
 
 
+def test_a_scene_keeps_the_normals_of_its_file(tmp_path: Path) -> None:
+    lines = [f"{' '.join(f'{v:g}' for v in row)}" for row in np.hstack([XYZ, NORMALS, RGB])]
+    ply = "ply\nformat ascii 1.0\nelement vertex 4\n"
+    ply += "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+    ply += "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    rows = [
+        f"{' '.join(line.split()[:6])} {r << 16 | g << 8 | b}"
+        for line, (r, g, b) in zip(lines, RGB.tolist(), strict=True)
+    ]
+    pcd = "VERSION .7\nFIELDS x y z normal_x normal_y normal_z rgb\nSIZE 4 4 4 4 4 4 4\n"
+    pcd += "TYPE F F F F F F U\nCOUNT 1 1 1 1 1 1 1\nWIDTH 4\nHEIGHT 1\nPOINTS 4\nDATA ascii\n"
+    content = {"a.ply": f"{ply}end_header\n" + "\n".join(lines), "a.pcd": pcd + "\n".join(rows)}
+    for name, text_ in content.items():
+        scene = read_scene(saved(tmp_path, name, text_ + "\n"))
+        assert np.array_equal(scene.colors, RGB)
+        assert scene.normals == pytest.approx(NORMALS)
+
+
 @RELAXED
 @given(
     n=st.integers(2, 300),
@@ -242,6 +260,19 @@ def test_las_without_colours_and_with_8_bit_ones(tmp_path: Path) -> None:
             cloud.red, cloud.green, cloud.blue = colors.T  # against the rules, but common
         cloud.write(tmp_path / "a.las")
         check(tmp_path / "a.las", colors=colors is not None)
+
+
+def test_las_whose_scale_passes_all_numbers(tmp_path: Path) -> None:
+    """The same as in pieces: points without a position, and no warning."""
+    pytest.importorskip("laspy", reason="needs geohue[clouds]")
+    from geohue.results.las import write_las
+
+    write_las(tmp_path / "a.las", XYZ, RGB, np.zeros(4, np.int32))
+    content = bytearray((tmp_path / "a.las").read_bytes())
+    content[131:139] = struct.pack("<d", 1e308)  # of x
+    (tmp_path / "a.las").write_bytes(content)
+    with pytest.raises(GeohueError, match="no point with finite"):
+        read_cloud(tmp_path / "a.las")
 
 
 def write_e57(file: Path, colors: NDArray[Any] | None) -> None:

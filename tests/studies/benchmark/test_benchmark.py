@@ -18,13 +18,15 @@ import pytest
 from geohue.cli.app import run as command
 from geohue.errors import GeohueError
 from geohue.jobs.ledger import Ledger, Row
+from geohue.jobs.lock import LOCK
 from geohue.jobs.pool import run_jobs
-from geohue.read.images.pictures import read_labels
+from geohue.read.images.pictures import read_labels, read_written_labels
 from geohue.results.png import write_png
+from geohue.studies.benchmark import run as module
 from geohue.studies.benchmark.frames import find_frames, load_frame
-from geohue.studies.benchmark.run import FIELDS, benchmark
+from geohue.studies.benchmark.run import FIELDS, Cell, benchmark, run_cell
 from geohue.studies.benchmark.summary import Spread, summarise, table
-from geohue.studies.benchmark.trials import Conditions, Trial, plan
+from geohue.studies.benchmark.trials import Answer, Conditions, Trial, plan
 
 HERE = Path(__file__).parent
 
@@ -231,7 +233,7 @@ def test_command_writes_table_and_pictures(
     given = ["benchmark", str(frames), "-o", str(out), "-k", "2", "--presets", "fast"]
     assert command([*given, "--limit", "2"]) == 0
     assert "| nncsc | fusion | fast | 2 | 0 | 0.000 |" in capsys.readouterr().out
-    assert {path.name for path in out.iterdir()} == {
+    assert {path.name for path in out.iterdir()} - {LOCK} == {
         "frames.csv",
         "run.json",
         "summary.md",
@@ -245,6 +247,31 @@ def test_command_writes_table_and_pictures(
     assert "core" in settings["machine"]["cpu"]
 
 
+def test_command_with_a_frame_that_fails_does_not_exit_with_0(
+    tmp_path: Path, make_frames: MakeFrames, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = make_frames(tmp_path / "frames", 2)
+    (folder / "0001" / "depth.png").write_bytes(b"no depth")
+    given = ["benchmark", str(folder), "-o", str(tmp_path / "out"), "-k", "2", "--presets", "fast"]
+    assert command([*given, "--no-plots"]) == 1
+    assert "| nncsc | fusion | fast | 1 | 1 |" in capsys.readouterr().out
+    assert (tmp_path / "out" / "summary.md").exists()
+
+
+def test_more_labels_than_16_bits_tell_apart(
+    frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    many = np.full((36, 48), 70_000, np.int32)
+    many[0, 0], many[0, 1] = -1, 70_000 - 65_536  # the two would be one after a wrap
+    monkeypatch.setattr(module, "answer", lambda *_: Answer(many, 0.1))
+    frame = find_frames(frames, 1)[0]
+    cell = Cell(frame, TRIALS[0], TWO, None, tmp_path)
+    write_png(tmp_path / "labels/nncsc-fusion-fast/0000.png", np.ones((36, 48), np.uint16))
+    assert run_cell(cell)["k"] == 70_001
+    assert np.array_equal(read_written_labels(cell.labels_name), many)
+    assert [file.name for file in cell.labels_name.parent.iterdir()] == ["0000.npy"]
+
+
 @pytest.mark.parametrize(
     ("more", "message"),
     [
@@ -254,6 +281,8 @@ def test_command_writes_table_and_pictures(
         (["--cues", "smell"], "cues 'smell'"),
         (["--processes", "0"], "expected at least 1"),
         (["-k", "2", "--presets", "slow"], "preset 'slow'"),
+        (["-k", "0"], "k is 0"),
+        (["--seed", "-1"], "seed is -1"),
     ],
 )
 def test_command_names_what_is_wrong(

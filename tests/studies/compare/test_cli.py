@@ -61,7 +61,7 @@ def test_a_failure_is_a_warning(
 ) -> None:
     monkeypatch.setattr(module, "run_cell", _faults.faulty_cell)
     chosen = ["--methods", "nncsc,kmeans", "--cues", "color", "-k", "3", "--processes", "1"]
-    assert run(["compare", *frame[:2], *chosen, "-o", str(tmp_path / "out")]) == 0
+    assert run(["compare", *frame[:2], *chosen, "-o", str(tmp_path / "out")]) == 1
     captured = capsys.readouterr()
     assert (
         "geohue: warning: kmeans-color failed: RuntimeError: <b>no & luck</b>"
@@ -82,6 +82,7 @@ def test_a_failure_is_a_warning(
         (["--methods", "edison", "--cues", "fusion"], "not defined for cues"),
         (["-k", "few"], '-k few: expected "auto" or a whole number'),
         (["-k", "0"], "k is 0"),
+        (["--seed", "-1"], "seed is -1: expected a whole number of at least 0"),
         (["--preset", "ultra"], "paper, fast, best"),
         (["--processes", "0"], "processes is 0"),
         (["--timeout", "-1"], "timeout is -1"),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from geohue.camera import Intrinsics
+from geohue.camera import Intrinsics, first_value
 from geohue.errors import GeohueError, GeohueWarning
 from geohue.read.cameras.text import NUMBER, parse_camera_text
 from geohue.read.files import broken, read_bytes
@@ -116,9 +116,8 @@ def _plain_numbers(text: str) -> dict[str, Any]:
 
 
 def _lookup(camera: Mapping[str, Any], meaning: str) -> object:
-    """Return the value of the first alias that is there, None if none is."""
-    lower = {str(key).lower(): value for key, value in camera.items()}
-    return next((lower[name] for name in _ALIASES[meaning] if name in lower), None)
+    """Return what a camera file says of `meaning`, under any of its names."""
+    return first_value(camera, _ALIASES[meaning])
 
 
 def _find_camera(content: object, path: str | Path, depth: int = 0) -> dict[str, Any] | None:

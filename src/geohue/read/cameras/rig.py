@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.camera import Intrinsics
+from geohue.camera import Intrinsics, first_value
 from geohue.errors import GeohueError
 from geohue.read.cameras.intrinsics import _from_matrix, _image_size, _lookup, _numbers
 from geohue.read.cameras.text import NUMBER, parse_camera_text
@@ -128,8 +128,7 @@ def _pose_of(
     if alone:
         places.append((whole, ("r", "rotation"), ("t", "translation")))
     for place, rotations, translations in places:
-        R = next((place[key] for key in rotations if key in place), None)
-        T = next((place[key] for key in translations if key in place), None)
+        R, T = first_value(place, rotations), first_value(place, translations)
         if R is not None and T is not None:
             return _array(R, (3, 3), "R"), _array(T, (3,), "T")
     matrix = next((own[k] for k in own if k.startswith("t_") and len(own[k]) in (3, 4)), None)
@@ -152,15 +151,13 @@ def _opencv(content: dict[str, Any]) -> Rig | None:
     flat = {re.sub(r"_", "", str(key).lower()): value for key, value in content.items()}
     lenses = []
     for n in ("1", "2"):
-        K = next(
-            (flat[s + n] for s in ("m", "k", "cameramatrix", "intrinsics") if s + n in flat), 0
-        )
-        D = next((flat[s + n] for s in ("d", "distcoeffs", "distortion") if s + n in flat), None)
+        K = first_value(flat, [s + n for s in ("m", "k", "cameramatrix", "intrinsics")])
+        D = first_value(flat, [s + n for s in ("d", "distcoeffs", "distortion")])
         if not K:
             return None
         size = {key: content[key] for key in content if "size" in key or key in ("width", "height")}
         lenses.append(_lens({"k": K, "d": D, **size}, {}))
-    R, T = flat.get("r", flat.get("rotation")), flat.get("t", flat.get("translation"))
+    R, T = first_value(flat, ("r", "rotation")), first_value(flat, ("t", "translation"))
     if R is None or T is None:
         raise GeohueError("has no R and T between its two cameras; give the extrinsics file too")
     pose = _array(R, (3, 3), "R"), _array(T, (3,), "T")
@@ -221,18 +218,12 @@ def rotation_from_quaternion(xyzw: Sequence[float]) -> Vector:
     >>> rotation_from_quaternion([0, 0, 1, 1]).round().tolist()
     [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
     """
+    from scipy.spatial.transform import Rotation
+
     q = np.asarray(xyzw, np.float64)
-    length = float(np.linalg.norm(q))
-    if q.shape != (4,) or not 0 < length < np.inf:
+    if q.shape != (4,) or not 0 < np.linalg.norm(q) < np.inf:
         raise GeohueError(f"quaternion {list(xyzw)[:6]}: expected x, y, z, w, not all zero")
-    x, y, z, w = q / length
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.asarray(Rotation.from_quat(q).as_matrix())
 
 
 def _kitti(text: str, path: str | Path) -> Rig:

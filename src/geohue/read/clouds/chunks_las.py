@@ -1,7 +1,8 @@
 """LAS, LAZ and COPC clouds piece by piece, with laspy.
 
 A LAZ file is compressed in chunks of its own (usually 50,000 points); a stretch that begins inside
-one costs the decompression from its beginning.
+one costs the decompression from its beginning. Where chunks differ in size (COPC), it costs that of
+all before it, so stretches are best read in order.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from geohue.read.extras import optional
 from geohue.read.files import broken, reason
 
 _COLORS = ("red", "green", "blue")
+_SKIP = 100_000  # points that are read at once to get past them
 _PLACES = 16  # each may cost the decompression of a whole chunk
 
 
@@ -38,6 +40,8 @@ class LasChunks:
     has_colors: bool = False
     scale: ColorScale = "byte"
     is_double: bool = True
+    is_variable: bool = False
+    """Whether the compressed chunks differ in their points, as in COPC: no seeking in it."""
     _reader: Any = field(default=None, repr=False, compare=False)
 
     def read(self, start: int, stop: int) -> Chunk:
@@ -69,12 +73,29 @@ class LasChunks:
         with self._decoding(f"near point {start}"):
             reader = self._open()
             if reader.points_read != start:
-                reader.seek(int(start))  # laspy counts up to a NumPy integer, one by one
+                reader = self._at(int(start))  # laspy counts up to a NumPy integer, one by one
             points = reader.read_points(stop - start)
         if len(points) < stop - start:
             self.close()
             raise broken(self.path, f"is cut short near point {start}; copy or export it again")
         return points
+
+    def _at(self, start: int) -> Any:
+        """Return the reader, its next point being `start`."""
+        reader = self._open()
+        if not self.is_variable:
+            reader.seek(start)
+            return reader
+        # lazrs seeks as if all chunks had as many points as the first, and gives wrong points.
+        if reader.points_read > start:
+            self.close()
+            reader = self._open()
+        while reader.points_read < start:
+            before = reader.points_read
+            reader.read_points(min(_SKIP, start - before))
+            if reader.points_read == before:
+                break  # cut short; the next read says so
+        return reader
 
     @contextmanager
     def _decoding(self, where: str) -> Iterator[None]:
@@ -121,8 +142,9 @@ def _checked(path: Path) -> LasChunks:
     with path.open("rb") as file:
         head = read_head(file, path.stat().st_size, path)
         if head.compressed:
-            check_laz(file, head, optional("lazrs", "clouds", path), path)
-    return LasChunks(path, head.count, head.compressed)
+            layout = check_laz(file, head, optional("lazrs", "clouds", path), path)
+            return LasChunks(path, head.count, True, is_variable=layout.is_variable)
+    return LasChunks(path, head.count, False)
 
 
 def _colors_of(points: Any) -> NDArray[Any]:

@@ -79,7 +79,7 @@ def _check(file: io.BytesIO, head: LasHead, path: str | Path) -> int:
         raise broken(path, f"{cause}; copy or export it again")
     if not head.compressed:
         return head.count
-    return check_laz(file, head, optional("lazrs", "clouds", path), Path(path))
+    return check_laz(file, head, optional("lazrs", "clouds", path), Path(path)).largest
 
 
 def _columns(laspy: Any, file: BinaryIO, head: LasHead, largest: int) -> dict[str, NDArray[Any]]:
@@ -95,8 +95,9 @@ def _columns(laspy: Any, file: BinaryIO, head: LasHead, largest: int) -> dict[st
         wanted = [n for n in _COLORS if names.issuperset(_COLORS)]
         label = next((n for n in _LABELS if n in names), None)
         for chunk in reader.chunk_iterator(min(_CHUNK, head.count)):
-            for name in ("x", "y", "z"):
-                parts.setdefault(name, []).append(np.array(chunk[name], np.float64))
+            with np.errstate(all="ignore"):  # a damaged header may scale beyond all numbers
+                for name in ("x", "y", "z"):
+                    parts.setdefault(name, []).append(np.array(chunk[name], np.float64))
             for name in wanted:
                 parts.setdefault(name, []).append(np.array(chunk[name]))
             if label is not None:

@@ -27,6 +27,23 @@ _VARIABLE = 0xFFFFFFFF  # chunk size of files whose chunks differ in size
 
 
 @dataclass(frozen=True, slots=True)
+class LazLayout:
+    """How a LAZ file is cut into chunks.
+
+    Attributes
+    ----------
+    largest : int
+        Points that the largest chunk may hold, as the file says. The decoder with several threads
+        makes room for as many, however few there are.
+    is_variable : bool
+        Whether the chunks differ in their points, as in COPC.
+    """
+
+    largest: int
+    is_variable: bool
+
+
+@dataclass(frozen=True, slots=True)
 class _Record:
     """The laszip record: its bytes, points in a chunk, and layers of a chunk (0 for none)."""
 
@@ -35,7 +52,7 @@ class _Record:
     layers: int
 
 
-def check_laz(file: BinaryIO, head: LasHead, lazrs: Any, path: Path) -> int:
+def check_laz(file: BinaryIO, head: LasHead, lazrs: Any, path: Path) -> LazLayout:
     """Raise GeohueError unless the chunks and their layers lie in the file and hold all points.
 
     Parameters
@@ -51,9 +68,8 @@ def check_laz(file: BinaryIO, head: LasHead, lazrs: Any, path: Path) -> int:
 
     Returns
     -------
-    int
-        Points that the largest chunk may hold, as the file says. The decoder with several threads
-        makes room for as many, however few there are.
+    LazLayout
+        How the file is cut into chunks.
     """
     record = _read_record(file, head, path)
     table = _find_table(file, head, path)
@@ -70,7 +86,7 @@ def check_laz(file: BinaryIO, head: LasHead, lazrs: Any, path: Path) -> int:
     if sum(n for n, _ in chunks) < head.count or here + sum(n for _, n in chunks) > table:
         raise broken(path, "is cut short: its chunks do not fit in it; copy or export it again")
     _check_chunks(file, here, chunks, head, record.layers, path)
-    return max(int(n) for n, _ in chunks)
+    return LazLayout(max(n for n, _ in chunks), record.each == _VARIABLE)
 
 
 def _read_record(file: BinaryIO, head: LasHead, path: Path) -> _Record:

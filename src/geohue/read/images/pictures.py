@@ -240,3 +240,11 @@ def read_labels(path: str | Path) -> NDArray[np.int32]:
         cause = f"holds {raw.dtype} {raw.shape}, no label image"
         raise broken(path, f"{cause}; labels are whole numbers in one channel")
     return raw.astype(np.int32)
+
+
+def read_written_labels(name: str | Path) -> NDArray[np.int32]:
+    """Read what `write_labels` wrote under a name; -1 for none."""
+    npy = Path(f"{name}.npy")
+    if npy.exists():
+        return read_npy(npy).astype(np.int32)
+    return read_labels(f"{name}.png") - 1

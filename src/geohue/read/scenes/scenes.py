@@ -100,7 +100,7 @@ def _cloud_scene(path: str | Path) -> Scene:
     if cloud.colors is None:
         raise broken(path, "has no colours; export the cloud with red, green and blue")
     try:
-        scene = Scene.from_cloud(cloud.points, cloud.colors)
+        scene = Scene.from_cloud(cloud.points, cloud.colors, cloud.normals)
     except GeohueError as error:
         raise broken(path, str(error)) from error
     if not cloud.offset.any():

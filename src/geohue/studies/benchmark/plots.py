@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from geohue.jobs.ledger import Row
 from geohue.measures.crop import Crop
-from geohue.read.images.pictures import read_labels
+from geohue.read.images.pictures import read_written_labels
 from geohue.results.atomic import atomic_write
 from geohue.results.picture import overlay
 from geohue.results.png import write_png
@@ -122,7 +122,7 @@ def _strip(out: Path, row: Row, frame: Frame, crop: Crop | None) -> NDArray[np.u
     import cv2
 
     scene, truth = load_frame(frame, crop)
-    labels = read_labels(out / LABELS / _trial(row).name / f"{frame.name}.png") - 1
+    labels = read_written_labels(out / LABELS / _trial(row).name / frame.name)
     shown = [scene.colors, overlay(scene.colors, truth - 1), overlay(scene.colors, labels)]
     strip = np.ascontiguousarray(np.hstack(shown)[::2, ::2])
     text = f"{frame.name}  VoI {float(row['voi_bits']):.2f}  K {row['n_pred']} of {row['n_gt']}"

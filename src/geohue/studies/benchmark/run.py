@@ -15,10 +15,11 @@ from geohue._version import __version__
 from geohue.jobs.ledger import Row
 from geohue.jobs.run import Place, Table, run_table
 from geohue.measures.crop import Crop
-from geohue.results.png import write_png
+from geohue.results.labels import write_labels
 from geohue.scene import Scene
+from geohue.segmentation.choice import check_arguments
 from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
-from geohue.studies.benchmark.trials import Conditions, Trial, answer, scores
+from geohue.studies.benchmark.trials import OWN, Conditions, Trial, answer, scores
 from geohue.studies.machine import describe_machine
 
 TABLE = "frames.csv"
@@ -66,9 +67,9 @@ class Cell:
         return (self.frame.name, self.trial.method, self.trial.cues, self.trial.preset)
 
     @property
-    def labels_file(self) -> Path:
-        """Where its labels go."""
-        return self.out / LABELS / self.trial.name / f"{self.frame.name}.png"
+    def labels_name(self) -> Path:
+        """Where its labels go, without the ending (`write_labels`)."""
+        return self.out / LABELS / self.trial.name / self.frame.name
 
 
 @lru_cache(maxsize=1)
@@ -90,7 +91,7 @@ def run_cell(cell: Cell) -> dict[str, Any]:
     """Segment a frame, write its labels, and return its scores."""
     scene, truth = _loaded(cell.frame, cell.crop, _ages(cell.frame))
     given = answer(cell.trial, scene, cell.conditions)
-    write_png(cell.labels_file, (given.labels + 1).astype(np.uint16))
+    write_labels(cell.labels_name, given.labels)
     return scores(given, truth)
 
 
@@ -140,14 +141,15 @@ def benchmark(
     Raises
     ------
     GeohueError
-        If there are no frames, `out` has a run and `resume` is not set, or that run had other
-        settings or is under way.
+        For a bad argument, or if there are no frames, `out` has a run and `resume` is not set, or
+        that run had other settings or is under way.
     """
     # Workers of a cluster start in other folders: they need names that hold everywhere.
     place = Path if scheduler is None else Path.absolute
     target = place(Path(out))
     frames = find_frames(place(Path(folder)), limit)
     chosen = conditions or Conditions()
+    check_arguments(chosen.k, "auto", chosen.seed, OWN)
     return run_table(
         target,
         Table(TABLE, FIELDS, KEYS),

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.results.atomic import atomic_write
+from geohue.results.labels import write_labels
 from geohue.results.png import write_png
 from geohue.scene import Scene
 from geohue.studies.compare.page import page
@@ -60,7 +61,7 @@ def write_comparison(
     from geohue.studies.compare.views import cell_views, input_views, reference_of
 
     target = Path(folder)
-    files = _write_labels(target / LABELS, scene, comparison)
+    files = _write_labels(target / LABELS, comparison)
     inputs = input_views(scene, truth, reference_of(comparison))
     cells = cell_views(scene, comparison)
     files.append(target / "plate.png")
@@ -87,16 +88,9 @@ def table(comparison: Comparison) -> str:
     return text.getvalue()
 
 
-def _write_labels(folder: Path, scene: Scene, comparison: Comparison) -> list[Path]:
-    files = []
-    for result in comparison.results:
-        if result.labels is None:
-            continue
-        if scene.is_grid and int(result.labels.max()) < np.iinfo(np.uint16).max:
-            files.append(folder / f"{result.cell.name}.png")
-            write_png(files[-1], (result.labels + 1).astype(np.uint16))
-        else:
-            files.append(folder / f"{result.cell.name}.npy")
-            with atomic_write(files[-1]) as temporary:
-                np.save(temporary, result.labels)
-    return files
+def _write_labels(folder: Path, comparison: Comparison) -> list[Path]:
+    return [
+        write_labels(folder / result.cell.name, result.labels)
+        for result in comparison.results
+        if result.labels is not None
+    ]

@@ -19,7 +19,7 @@ from geohue.features import CUES
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import prepare_scene
 from geohue.scene import Scene
-from geohue.segmentation.choice import K_LIMIT
+from geohue.segmentation.choice import check_arguments
 from geohue.segmentation.clusterers import METHODS, check_method
 from geohue.segmentation.driver import segment
 from geohue.segmentation.result import Segmentation
@@ -102,7 +102,8 @@ def compare(
     Processes are spawned: a script must call this below ``if __name__ == "__main__":``.
     """
     cells = plan(methods, cues)
-    _check(scene, k, truth, preset, processes, timeout)
+    check_arguments(k, "auto", seed, METHODS[0])
+    _check(scene, truth, preset, processes, timeout)
     chosen = choose_count(scene, preset, seed) if k == "auto" else k
     found = {cell: result for cell in cells if (result := _undefined(cell, scene)) is not None}
     todo = [cell for cell in cells if cell not in found]
@@ -158,15 +159,12 @@ def _undefined(cell: Cell, scene: Scene) -> Result | None:
 
 def _check(
     scene: Scene,
-    k: int | Literal["auto"],
     truth: NDArray[np.integer] | None,
     preset: str,
     processes: int | None,
     timeout: float,
 ) -> None:
     preset_named(preset)
-    if k != "auto" and not 1 <= k <= K_LIMIT:
-        raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
     if truth is not None and truth.shape != scene.shape:
         raise GeohueError(
             f"the ground truth has shape {truth.shape}, the scene {scene.shape}: "
