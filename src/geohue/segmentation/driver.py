@@ -109,8 +109,8 @@ def segment(
     """
     settings, clock = preset_named(preset), StageClock(progress)
     check_arguments(k, weight, seed, method)
-    merges = _merges(settings, weight, method)
-    _check_detail(detail, k, merges)
+    merges = merges_regions(settings, weight, method)
+    check_detail(detail, k, merges)
     if components and not scene.is_grid:
         raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
     check_method(method, cues, scene.is_grid)
@@ -162,16 +162,18 @@ def segment(
         clock.timings(),
         tuple(notes),
         levels,
+        detail if levels is not None and k == "auto" else None,
     )
 
 
-def _merges(settings: Preset, weight: Weight, method: str) -> bool:
+def merges_regions(settings: Preset, weight: Weight, method: str) -> bool:
     """Whether regions are merged: as the preset says unless a weight is given, or on request."""
     rule = settings.weight_rule if weight == "auto" else weight
     return rule == "merge" and method == "nncsc"
 
 
-def _check_detail(detail: Detail, k: Count, merges: bool) -> None:
+def check_detail(detail: Detail, k: Count, merges: bool) -> None:
+    """Raise `GeohueError` unless a degree of detail has a meaning here."""
     threshold_of(detail)
     if detail == "auto":
         return

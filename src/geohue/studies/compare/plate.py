@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
     from PIL.ImageFont import FreeTypeFont, ImageFont
 
-TITLES = {"nncsc": "proposed (nncsc)"}
+TITLES = {"nncsc": "proposed (nncsc)", "best": "default (best)", "fast": "default (fast)"}
 """What a method is called in pictures, if not by its own name."""
 
 _INK, _PAPER, _GAP, _FAILED = (25, 25, 25), (255, 255, 255), (236, 236, 236), (250, 222, 214)
