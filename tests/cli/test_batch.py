@@ -25,7 +25,7 @@ from geohue.read.images.pictures import read_labels
 from geohue.results import write_ply
 from geohue.results.pcd import write_pcd
 from geohue.results.png import write_png
-from geohue.studies.batch import find_items
+from geohue.studies.batch import Settings, find_items
 from geohue.studies.batch import items as module
 from jobs.frames import HEIGHT, WIDTH, write_frames
 
@@ -73,6 +73,27 @@ def test_each_frame_gets_what_segment_gives_it(
         assert len(np.unique(labels[:, : WIDTH // 2 + 3 * i])) == 1
         assert len(np.unique(labels[:, WIDTH // 2 + 3 * i :])) == 1
         assert int(row["n_points"]) == HEIGHT * WIDTH
+
+
+def test_detail_reaches_every_frame(frames: Path, tmp_path: Path) -> None:
+    given = ["--preset", "fast", "--processes", "1", "--limit", "1"]
+    for detail in ("-20", "20"):
+        out = ["-o", str(tmp_path / detail), "--detail", detail]
+        assert run(["batch", str(frames), *out, *given]) == 0
+    one, many = (
+        json.loads((tmp_path / detail / "0000" / "result.json").read_text())
+        for detail in ("-20", "20")
+    )
+    assert (one["detail"], one["k"]) == (-20, 1)
+    assert many["k"] == many["levels"]["n"] > 2  # the finest level: a segment a region
+    assert json.loads((tmp_path / "20" / "run.json").read_text())["detail"] == 20
+
+
+def test_settings_that_no_frame_could_have() -> None:
+    for wrong in ({"preset": "paper"}, {"weight": 1.0}, {"k": 2}, {"method": "kmeans"}):
+        with pytest.raises(GeohueError, match="detail is 'fine'"):
+            Settings(detail="fine", **wrong)
+    assert Settings().preset == "best"
 
 
 def test_failed_frames_stop_nothing_and_are_tried_again(
@@ -309,6 +330,9 @@ def test_names_of_frames(
         (["--lambda", "nan"], "weight is nan: expected"),
         (["--lambda", "consensus", "--method", "kmeans"], 'is for method "nncsc", not'),
         (["--preset", "slow"], "preset 'slow'"),
+        (["--detail", "high"], "--detail high: expected coarse, auto, fine or a number"),
+        (["--detail", "fine", "--preset", "paper"], "--detail fine needs levels"),
+        (["--detail", "1", "-k", "3"], "--detail 1 and -k 3 both say how many segments"),
         (["--cues", "smell"], "cues 'smell': choose one of"),
         (["--method", "magic"], "magic"),
         (["--seed", "-1"], "seed is -1"),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from geohue import Scene
 from geohue.cli.app import run
-from geohue.read import read_ply
+from geohue.read import read_levels, read_ply
 from geohue.results import write_ply
 from geohue.segmentation import warm
 
@@ -32,6 +32,8 @@ CONTRACT_KEYS = {
     "n_labelled",
     "warnings",
     "version",
+    "detail",
+    "levels",
 }
 
 
@@ -71,19 +73,22 @@ class TestSegment:
         assert set(printed) >= CONTRACT_KEYS
         assert printed["k"] == 3
         assert printed["n_labelled"] == printed["n_points"] == 60 * 90
-        assert {"features", "weight", "cut", "fill", "total"} <= set(printed["timings_s"])
+        assert {"features", "cuts", "merge", "fill", "total"} <= set(printed["timings_s"])
         labels = cv2.imread(str(out / "labels.png"), cv2.IMREAD_UNCHANGED)
         assert labels is not None
         assert labels.dtype == np.uint16
         assert np.unique(labels).tolist() == [1, 2, 3]
         made = sorted(file.name for file in out.iterdir())
         assert made == [
+            "borders.png",
             "labels.png",
+            "levels.npz",
             "overlay.png",
             "result.json",
             "segmented.ply",
-            "weight_curve.png",
         ]
+        level = read_levels(out / "levels.npz").with_segments(3)
+        np.testing.assert_array_equal(level + 1, labels)
         ply = read_ply(out / "segmented.ply")
         assert ply.labels is not None
         assert len(ply.points) == 60 * 90 - 200
@@ -91,6 +96,72 @@ class TestSegment:
         wanted = ["format binary_little_endian", *(f"property float {a}" for a in "xyz")]
         wanted += ["property int label", "property float scalar_label"]
         assert all(line in header for line in wanted)
+
+    def test_the_paper_has_a_curve_and_no_levels(
+        self, frame: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        out = tmp_path / "out"
+        given = ["segment", *frame, "-k", "3", "--preset", "paper"]
+        assert run([*given, "-o", str(out), "--json"]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        assert (printed["preset"], printed["levels"], printed["detail"]) == ("paper", None, None)
+        assert len(printed["weight_curve"]) > 1
+        assert {"features", "weight", "cut", "fill", "total"} <= set(printed["timings_s"])
+        made = {file.name for file in out.iterdir()}
+        assert "weight_curve.png" in made
+        assert not made & {"borders.png", "levels.npz"}
+        # A weight that was given has no curve to draw.
+        assert run([*given, "--lambda", "2", "-o", str(tmp_path / "given")]) == 0
+        assert made - {"weight_curve.png"} == {f.name for f in (tmp_path / "given").iterdir()}
+
+    def test_detail_is_a_level(
+        self, frame: tuple[str, str], capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        found = {}
+        for detail in ("-1.5", "coarse", "auto", "fine", "20"):
+            assert run(["segment", *frame, "--detail", detail, "--json"]) == 0
+            found[detail] = json.loads(capsys.readouterr().out)
+        ks = {detail: result["k"] for detail, result in found.items()}
+        assert ks["-1.5"] == ks["coarse"] <= ks["auto"] == 3 <= ks["fine"] <= ks["20"]
+        assert ks["20"] > 3
+        levels = found["auto"]["levels"]
+        assert all(result["levels"] == levels for result in found.values())
+        told = dict(map(tuple, levels["segments"]))
+        assert list(told) == [-2, -1.5, -1, -0.5, 0, 0.5, 1, 1.5, 2]
+        assert [told[d] for d in (-1.5, 0, 1.5)] == [ks["coarse"], ks["auto"], ks["fine"]]
+        assert [found[d]["detail"] for d in ("-1.5", "coarse")] == [-1.5, "coarse"]
+
+    @pytest.mark.parametrize(
+        ("options", "says"),
+        [
+            ([], "3 segments, regions merged, "),
+            (["--cues", "color", "--detail", "-20"], "1 segment, regions merged by colour alone, "),
+            (["-k", "2", "--lambda", "0"], "2 segments, by colour alone, "),
+            (["-k", "2", "--lambda", "inf"], "2 segments, by geometry alone, "),
+            (["-k", "3", "--lambda", "0.5"], "3 segments, weight 0.5, "),
+            (["-k", "2", "--cues", "color", "--method", "kmeans"], "2 segments, by colour alone, "),
+        ],
+    )
+    def test_what_is_printed_is_words(
+        self,
+        options: list[str],
+        says: str,
+        frame: tuple[str, str],
+        tmp_path: Path,
+        capsys: pytest.CaptureFixture[str],
+    ) -> None:
+        assert run(["segment", *frame, *options, "-o", str(tmp_path)]) == 0
+        assert capsys.readouterr().out.startswith(says)
+
+    def test_in_pieces_there_is_no_detail(
+        self, cloud: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        given = ["segment", cloud, "-o", str(tmp_path / "out"), "--processes", "1"]
+        assert "--processes and --detail do not go together" in line_of(
+            [*given, "--detail", "fine"], capsys
+        )
+        assert run([*given, "-k", "2", "--lambda", "inf"]) == 0
+        assert capsys.readouterr().out.startswith("2 segments, by geometry alone, ")
 
     def test_a_cloud_gives_labels_in_its_order(self, cloud: str, tmp_path: Path) -> None:
         out = tmp_path / "out"
@@ -200,6 +271,22 @@ class TestMistakes:
             ),
             (["--cues", "depth"], "fusion, color, geometry"),
             (["--preset", "ultra"], "paper, fast, best"),
+            (["--detail", "high"], "--detail high: expected coarse, auto, fine or a number"),
+            (["--detail", "nan"], "--detail nan: expected coarse, auto, fine or a number"),
+            (
+                ["--detail", "fine", "--preset", "paper"],
+                "--detail fine needs levels, and --preset paper has none: leave out --detail, or "
+                "choose --preset best or fast",
+            ),
+            (
+                ["--detail", "2", "--lambda", "0.5"],
+                "--detail 2 needs levels, and --lambda 0.5 has none: leave out --detail or ",
+            ),
+            (
+                ["--detail", "2", "--method", "kmeans"],
+                "--detail 2 needs levels, and --method kmeans has none",
+            ),
+            (["--detail", "2", "-k", "3"], "--detail 2 and -k 3 both say how many segments"),
             (["--method", "magic"], "method 'magic'"),
             (["--intrinsics", "1,2,3"], "1,2,3"),
             (["--depth-scale", "0"], "depth scale 0"),

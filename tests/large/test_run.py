@@ -65,7 +65,7 @@ def _outcome(out: Path) -> dict[str, Any]:
 def test_small_cloud_as_in_memory(cloud: Path, tmp_path: Path, cues: str, k: Any) -> None:
     rows = np.load(cloud)
     scene = Scene.from_cloud(rows[:, :3], rows[:, 3:].astype(np.uint8))
-    whole = geohue.segment(scene, k, cues=cues, preset="paper")
+    whole = geohue.segment(scene, k, preset="paper", cues=cues)
     found = segment_file(cloud, tmp_path / "out", k, cues=cues, processes=1)
     np.testing.assert_array_equal(_labels(tmp_path / "out"), whole.labels)
     assert (found.k, found.weight) == (whole.k, whole.weight)
@@ -119,15 +119,24 @@ def test_segmented_ply(cloud: Path, tmp_path: Path) -> None:
 def test_files_of_a_run(cloud: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     seen: list[tuple[str, int, int]] = []
-    found = segment_file(
-        cloud, out, 3, weight=1.0, processes=1, progress=lambda *step: seen.append(step)
-    )
+    found = segment_file(cloud, out, 3, processes=1, progress=lambda *step: seen.append(step))
     names = ["labels.npy", "overlay.png", "result.json", "weight_curve.png"]
     assert sorted({file.name for file in out.iterdir()} - {LOCK}) == names
     assert _outcome(out)["sizes"] == list(found.sizes)
     assert np.load(found.labels_file, mmap_mode="r").dtype == np.int32
     assert {stage for stage, _, _ in seen} == {"measure", "fit", "label"}
     assert all((stage, N, N) in seen for stage in ("measure", "fit", "label"))
+    segment_file(cloud, tmp_path / "given", 3, weight=1.0, processes=1)  # nothing searched
+    assert sorted(file.name for file in (tmp_path / "given").iterdir()) == names[:3]
+
+
+def test_presets_that_merge_take_the_papers_cut_in_pieces(cloud: Path, tmp_path: Path) -> None:
+    found = segment_file(cloud, tmp_path / "out", 3, preset="best", processes=1)
+    rows = np.load(cloud)
+    scene = Scene.from_cloud(rows[:, :3], rows[:, 3:].astype(np.uint8))
+    whole = geohue.segment(scene, 3, "agreement", "best")
+    np.testing.assert_array_equal(_labels(tmp_path / "out"), whole.labels)
+    assert found.weight == whole.weight
 
 
 def _start(cloud: Path, out: Path, log: Path, *more: str) -> subprocess.Popen[bytes]:
@@ -408,6 +417,8 @@ def test_memory_is_kept(tmp_path: Path) -> None:
         ({"cues": "smell"}, "smell"),
         ({"formats": ["laz"]}, "choose ply"),
         ({"preset": "slow"}, "slow"),
+        ({"weight": "consensus"}, 'weight="consensus" needs the whole cloud in memory'),
+        ({"weight": "merge"}, 'weight="merge" needs the whole cloud in memory'),
     ],
 )
 def test_bad_arguments(cloud: Path, tmp_path: Path, arguments: Any, says: str) -> None:

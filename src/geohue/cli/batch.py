@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import print_json, read_camera, read_weight, warn, whole_or_auto
+from geohue.cli.console import (
+    print_json,
+    read_camera,
+    read_detail,
+    read_weight,
+    warn,
+    whole_or_auto,
+)
 from geohue.cli.jobs import check_place, job_bar
 from geohue.settings import PAPER_METHOD
 
@@ -30,14 +37,16 @@ def batch(
     k: options.Count = "auto",
     weight: options.Weight = "auto",
     cues: options.Cues = "fusion",
-    preset: options.Preset = "paper",
+    preset: options.Preset = "best",
+    detail: options.Detail = "auto",
     method: options.Method = PAPER_METHOD,
     seed: options.Seed = 0,
     components: options.Components = False,
     fill: options.Fill = True,
     formats: options.Formats = None,
     lean: Annotated[
-        bool, typer.Option("--lean", help="Write labels and result.json only, no pictures.")
+        bool,
+        typer.Option("--lean", help="Write labels and result.json only, no pictures, no levels."),
     ] = False,
     limit: Annotated[
         int | None, typer.Option(help="Only so many frames, spread evenly over all.")
@@ -57,6 +66,8 @@ def batch(
     killed goes on with --resume.
     """
     wanted_k, wanted_weight = whole_or_auto(k, "-k"), read_weight(weight)
+    wanted_detail = read_detail(detail)
+    options.check_detail(detail, k, weight, preset, method)
     check_place(processes, scheduler)
     from geohue.compute.parallel import cores
     from geohue.studies.batch import Settings, find_items
@@ -73,6 +84,7 @@ def batch(
         fill,
         tuple(formats or ()),
         lean,
+        wanted_detail,
     )
     items, notes = find_items(
         folder,

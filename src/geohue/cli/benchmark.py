@@ -26,7 +26,9 @@ def benchmark(
         str, typer.Option(help="Methods, with commas between; all for every one.")
     ] = PAPER_METHOD,
     cues: Annotated[str, typer.Option(help="fusion, color, geometry, or all.")] = "fusion",
-    presets: Annotated[str, typer.Option(help="paper, fast, best, or all.")] = "paper",
+    presets: Annotated[
+        str, typer.Option(metavar="A,B,..", help="best, fast, paper, or all.")
+    ] = "best",
     k: options.Count = "auto",
     components: Annotated[
         bool, typer.Option("--components", help="Each connected piece is a region.")

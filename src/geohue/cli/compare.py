@@ -34,7 +34,8 @@ def compare(
     cameras: options.Cameras = None,
     frame: options.Frame = 0,
     methods: Annotated[
-        str, typer.Option(metavar="A,B,..", help="The rows: methods with commas between, or all.")
+        str,
+        typer.Option(metavar="A,B,..", help="The rows: best, fast, methods; or all (but fast)."),
     ] = "all",
     cues: Annotated[
         str, typer.Option(metavar="A,B,..", help="The columns: fusion, color, geometry, or all.")
@@ -48,7 +49,10 @@ def compare(
     gt: Annotated[
         Path | None, typer.Option(metavar="LABELS", help="True labels (PNG, 0 = none; or NPY).")
     ] = None,
-    preset: Annotated[str, typer.Option(help="paper, fast or best.")] = "paper",
+    preset: Annotated[
+        str,
+        typer.Option(metavar="best|fast|paper", help="Settings of the rows that are methods."),
+    ] = "paper",
     seed: Annotated[int, typer.Option(help="Source of chance.")] = 0,
     processes: Annotated[
         int | None, typer.Option(help="Cells at a time; by default one a core, at most 4.")
@@ -64,7 +68,7 @@ def compare(
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Run every method on one scene and draw the results side by side.
+    """Run the default and every method on one scene, and draw the results side by side.
 
     Scenes are given as to geohue segment. Writes plate.png (rows are methods, columns cues),
     compare.html with the pictures and figures, compare.csv, compare.json and the labels of every
@@ -73,8 +77,8 @@ def compare(
     """
     wanted_k = whole_or_auto(k, "-k")
     from geohue.features import CUES
-    from geohue.segmentation.clusterers import METHODS
     from geohue.studies.compare import compare as run
+    from geohue.studies.compare.cells import ROWS
 
     scene = options.load_scene(
         source,
@@ -94,7 +98,7 @@ def compare(
     with _counter() as count:
         done = run(
             scene,
-            _names(methods, METHODS),
+            _names(methods, ROWS),
             _names(cues, CUES),
             wanted_k,
             truth=truth,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Literal
 
 import typer
@@ -13,10 +14,15 @@ from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
+    from geohue.merge.levels import Detail
     from geohue.segmentation.choice import Weight
 
 STAGES = {
     "features": "reading colour and geometry",
+    "limbs": "looking for limbs",
+    "cuts": "letting many cuts vote",
+    "merge": "merging regions",
+    "borders": "drawing borders",
     "k": "choosing the number of segments",
     "weight": "choosing the weight",
     "cut": "cutting the scene",
@@ -31,6 +37,9 @@ _WEIGHT_WORDS: tuple[Literal["auto", "quality", "agreement", "consensus"], ...] 
     "agreement",
     "consensus",
 )
+
+_DETAIL_WORDS: tuple[Literal["coarse", "auto", "fine"], ...] = ("coarse", "auto", "fine")
+_ALONE = {"color": "colour alone", "geometry": "geometry alone"}
 
 
 @contextmanager
@@ -96,6 +105,52 @@ def read_weight(text: str) -> Weight:
     except ValueError:
         message = f"--lambda {text}: expected {', '.join(_WEIGHT_WORDS)} or a number"
         raise GeohueError(message) from None
+
+
+def read_detail(text: str) -> Detail:
+    """Read a degree of detail: a number, or a name for one.
+
+    Examples
+    --------
+    >>> read_detail("0.5"), read_detail("fine")
+    (0.5, 'fine')
+    >>> read_detail("high")
+    Traceback (most recent call last):
+    geohue.errors.GeohueError: --detail high: expected coarse, auto, fine or a number
+    """
+    for word in _DETAIL_WORDS:
+        if text == word:
+            return word
+    with suppress(ValueError):
+        if math.isfinite(number := float(text)):
+            return number
+    raise GeohueError(f"--detail {text}: expected {', '.join(_DETAIL_WORDS)} or a number")
+
+
+def told(k: int, weight: float, method: str, cues: str, merged: bool = False) -> str:
+    """Return in words how many segments were found, and what they go by.
+
+    Examples
+    --------
+    >>> told(17, math.inf, "nncsc", "fusion", merged=True)
+    '17 segments, regions merged'
+    >>> told(1, math.inf, "nncsc", "geometry")
+    '1 segment, by geometry alone'
+    >>> told(40, math.nan, "edison", "color")
+    '40 segments, by edison'
+    >>> told(4, 2.0, "nncsc", "fusion")
+    '4 segments, weight 2'
+    """
+    return f"{k} segment{'' if k == 1 else 's'}, {_way(weight, method, cues, merged)}"
+
+
+def _way(weight: float, method: str, cues: str, merged: bool) -> str:
+    if merged:
+        return "regions merged" + ("" if cues == "fusion" else f" by {_ALONE[cues]}")
+    if math.isnan(weight):
+        return f"by {method}"
+    ends = {0.0: "color", math.inf: "geometry"}
+    return f"by {_ALONE[ends[weight]]}" if weight in ends else f"weight {weight:.3g}"
 
 
 def whole_or_auto(text: str, option: str) -> int | Literal["auto"]:

@@ -119,17 +119,41 @@ Resume = Annotated[
     bool,
     typer.Option("--resume", help="Go on with a killed run in DIR.", rich_help_panel=_LARGE),
 ]
-Count = Annotated[str, typer.Option("-k", metavar="auto|INT", help="Number of segments.")]
+Count = Annotated[
+    str,
+    typer.Option(
+        "-k",
+        metavar="auto|INT",
+        help="Number of segments; under best and fast the level that has so many.",
+    ),
+]
+Detail = Annotated[
+    str,
+    typer.Option(
+        metavar="WORD|FLOAT",
+        help="How fine the segments of best and fast are: coarse (-1.5), auto (0), fine (1.5) or "
+        "a number; higher is finer.",
+    ),
+]
 Weight = Annotated[
     str,
     typer.Option(
         "--lambda",
         metavar="auto|quality|agreement|consensus|FLOAT",
-        help="Weight of geometry against colour, or the rule that chooses it.",
+        help="Weight of geometry against colour, or the rule that chooses it; auto leaves it to "
+        "the preset. Anything else takes the paper's cut.",
     ),
 ]
 Cues = Annotated[str, typer.Option(help="fusion, color or geometry.")]
-Preset = Annotated[str, typer.Option(help="paper, fast or best.")]
+Preset = Annotated[
+    str,
+    typer.Option(
+        metavar="best|fast|paper",
+        help="best: many cuts vote and regions are merged on all the evidence. fast: the same on "
+        "a smaller draft. paper: the paper's cut, number of segments and weight. Clouds read in "
+        "pieces always take the paper's cut.",
+    ),
+]
 Method = Annotated[
     str, typer.Option(help="nncsc (the paper's), or a compared system: kmeans, meanshift, ...")
 ]
@@ -189,6 +213,33 @@ def load_scene(
         return _range_scene(source, depth, cameras, intrinsics, calib, depth_scale, views)
     _need("--right or --camera", "stereo pairs and rigs", calib=calib)
     return _frame_or_cloud(source, depth, intrinsics, _scale(depth_scale), frame)
+
+
+def check_detail(detail: str | float, k: str, weight: str, preset: str, method: str) -> None:
+    """Raise an error if a degree of detail is asked for where there are no levels.
+
+    Examples
+    --------
+    >>> check_detail("fine", "auto", "auto", "paper", "nncsc")
+    Traceback (most recent call last):
+    geohue.errors.GeohueError: --detail fine needs levels, and --preset paper has none: leave out
+    --detail, or choose --preset best or fast
+    """
+    if detail == "auto":
+        return
+    wish = f"--detail {detail}"
+    if k != "auto":
+        raise GeohueError(f"{wish} and -k {k} both say how many segments: give one")
+    for option in _without_levels(weight, preset, method):
+        mend = ", or choose --preset best or fast" if "preset" in option else f" or {option}"
+        raise GeohueError(f"{wish} needs levels, and {option} has none: leave out --detail{mend}")
+
+
+def _without_levels(weight: str, preset: str, method: str) -> list[str]:
+    """Return the options that ask for a segmentation without levels."""
+    given = {"--preset paper": preset == "paper"}
+    given |= {f"--lambda {weight}": weight != "auto", f"--method {method}": method != "nncsc"}
+    return [option for option, there in given.items() if there]
 
 
 def check_pieces(option: str, method: str, components: bool, **others: Any) -> None:

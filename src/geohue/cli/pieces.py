@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from geohue.cli.console import print_json, warn
+from geohue.cli.console import print_json, told, warn
 from geohue.cli.jobs import check_place
 from geohue.errors import GeohueError
 
@@ -40,7 +40,7 @@ def too_large(source: Path | None) -> str | None:
         return None
     return (
         f"{source}: {n_points} points would take {needed // MB} MB and {available // MB} MB are "
-        "free: reading it in pieces, as --memory does"
+        "free: reading it in pieces, by the paper's cut, as --memory does"
     )
 
 
@@ -88,7 +88,8 @@ def segment_pieces(
     if as_json:
         print_json(found.summary())
     else:
-        typer.echo(f"{found.k} segments, weight {found.weight:.3g}, {found.timings['total']:.1f} s")
+        line = told(found.k, found.weight, "nncsc", cues)
+        typer.echo(f"{line}, {found.timings['total']:.1f} s")
     names = ", ".join(sorted(file.name for file in folder.iterdir() if file.is_file()))
     typer.echo(f"{folder}: {names}", err=as_json)
 

@@ -8,7 +8,15 @@ from typing import Annotated
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import print_json, read_weight, stage_bar, warn, whole_or_auto
+from geohue.cli.console import (
+    print_json,
+    read_detail,
+    read_weight,
+    stage_bar,
+    told,
+    warn,
+    whole_or_auto,
+)
 from geohue.cli.pieces import segment_pieces, too_large
 from geohue.settings import PAPER_METHOD
 
@@ -29,7 +37,8 @@ def segment(
     k: options.Count = "auto",
     weight: options.Weight = "auto",
     cues: options.Cues = "fusion",
-    preset: options.Preset = "paper",
+    preset: options.Preset = "best",
+    detail: options.Detail = "auto",
     method: options.Method = PAPER_METHOD,
     seed: options.Seed = 0,
     components: options.Components = False,
@@ -51,10 +60,11 @@ def segment(
     Give an image and its depth map, a stereo pair (COLOR --right IMAGE), a coloured cloud, or
     --sample motorcycle. Labels, pictures, the labelled cloud and a summary are written to the
     folder of -o (with --json and without -o, nothing is written). A cloud that does not fit in
-    memory, or any with --memory, is read in pieces.
+    memory, or any with --memory, is read in pieces, by the paper's cut under every preset.
     """
     wanted_k = whole_or_auto(k, "-k")
-    wanted_weight = read_weight(weight)
+    wanted_weight, wanted_detail = read_weight(weight), read_detail(detail)
+    options.check_detail(detail, k, weight, preset, method)
     wishes = {"memory": memory, "processes": processes, "scheduler": scheduler}
     asked = [f"--{name}" for name, wish in wishes.items() if wish is not None]
     asked += ["--resume"] if resume else []
@@ -77,6 +87,7 @@ def segment(
             frame=frame,
             threads=threads is not None,
             no_fill=not fill,
+            detail=detail != "auto",
         )
         warn([] if note is None else [note])
         segment_pieces(
@@ -127,6 +138,7 @@ def segment(
             cues,  # checked by the library, with the choices named
             method,
             seed,
+            detail=wanted_detail,
             components=components,
             fill=fill,
             threads=threads,
@@ -137,7 +149,8 @@ def segment(
     if as_json:
         print_json(seg.summary())
     else:
-        typer.echo(f"{seg.k} segments, weight {seg.weight:.3g}, {seg.timings['total']:.2f} s")
+        found = told(seg.k, seg.weight, method, cues, merged=seg.levels is not None)
+        typer.echo(f"{found}, {seg.timings['total']:.2f} s")
     if files:
         names = ", ".join(file.name for file in files)
         typer.echo(f"{folder}: {names}", err=as_json)

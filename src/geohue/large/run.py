@@ -52,7 +52,9 @@ def segment_file(
     The first pass over the file gathers the moments of colour and geometry (eq. 3, 4; exact) and
     a random sample of 100,000 points; k, weight and the cut are found on the sample; the second
     pass labels every point. With no more points than the sample, the labels are those of
-    `geohue.segment`. They depend neither on `memory` nor on where the passes run.
+    `geohue.segment`, but for the presets "best" and "fast": regions are not merged in pieces, the
+    cut is the paper's and its weight that of `weight_by_agreement`. The labels depend neither on
+    `memory` nor on where the passes run.
 
     Parameters
     ----------
@@ -134,10 +136,10 @@ RESULT = "result.json"
 
 def _check(question: Question, processes: int | None) -> None:
     check_arguments(question.k, question.weight, question.seed, PAPER_METHOD)
-    if question.weight == "consensus":
+    if question.weight in ("consensus", "merge"):
         raise GeohueError(
-            'weight="consensus" needs the whole cloud in memory, and this one goes through in '
-            'pieces: choose weight="agreement"'
+            f'weight="{question.weight}" needs the whole cloud in memory, and this one goes '
+            'through in pieces: choose weight="agreement"'
         )
     if question.cues not in CUES:
         raise GeohueError(f"cues {question.cues!r}: choose one of {', '.join(CUES)}")

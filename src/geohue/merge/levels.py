@@ -91,6 +91,19 @@ class Levels:
     def _labels(self, segment_of: Labels) -> Labels:
         return relabel(np.append(segment_of, np.int32(-1))[self.regions])[0]
 
+    def count(self, detail: Detail = "auto") -> int:
+        """Return how many segments the segmentation at a degree of detail has.
+
+        Examples
+        --------
+        >>> tree = MergeTree(3, np.array([[0, 2], [1, 0]]), np.array([-1.0, 2.0]))
+        >>> levels = Levels(np.array([[0, 1, 2]], np.int32), tree)
+        >>> levels.count("auto"), levels.count(3), levels.count(-3)
+        (2, 3, 1)
+        """
+        sizes = np.bincount(self.regions.ravel() + 1, minlength=self.tree.n_regions + 1)[1:]
+        return len(np.unique(self.tree.at(threshold_of(detail))[sizes > 0]))
+
     def border_strength(self) -> NDArray[np.float64]:
         """Return, for regions i and j, the score at which they become one segment, (R, R).
 

@@ -5,6 +5,7 @@ from geohue.read.clouds.cloud import CloudData, read_cloud
 from geohue.read.clouds.pcd import read_pcd
 from geohue.read.clouds.ply import read_ply
 from geohue.read.images.pictures import DepthImage, read_color, read_depth, read_labels
+from geohue.read.levels import read_levels
 
 __all__ = [
     "CloudData",
@@ -14,6 +15,7 @@ __all__ = [
     "read_depth",
     "read_intrinsics",
     "read_labels",
+    "read_levels",
     "read_pcd",
     "read_ply",
 ]

@@ -57,14 +57,21 @@ def read_npz(path: str | Path) -> NDArray[Any]:
             if name is None:
                 found = ", ".join(n[:-4] for n in names[:10]) or "none"
                 raise broken(path, f"has no array named 'depth' (found: {found}); rename one")
-            if archive.getinfo(name).file_size > _MOST:
-                raise broken(path, f"unpacks to more than {_MOST} bytes; make it smaller first")
-            with archive.open(name) as member:
-                return _parse_npy(member.read(_MOST), path)
+            return npz_member(archive, name[:-4], path)
     except GeohueError:
         raise
     except Exception as error:  # zipfile lets zlib, struct, encoding and other errors through
         raise broken(path, f"is not a whole NPZ file ({reason(error)}); save it again") from error
+
+
+def npz_member(archive: zipfile.ZipFile, name: str, path: str | Path) -> NDArray[Any]:
+    """Return an array of an opened NPZ file; GeohueError if it is not there or not whole."""
+    if f"{name}.npy" not in archive.namelist():
+        raise broken(path, f"has no array named {name!r}; give the file that geohue wrote")
+    if archive.getinfo(f"{name}.npy").file_size > _MOST:
+        raise broken(path, f"unpacks to more than {_MOST} bytes; make it smaller first")
+    with archive.open(f"{name}.npy") as member:
+        return _parse_npy(member.read(_MOST), path)
 
 
 def read_pfm(path: str | Path) -> NDArray[np.float32]:

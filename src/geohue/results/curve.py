@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 from geohue.results.atomic import atomic_write
@@ -17,7 +16,7 @@ def draw_weight_curve(path: str | Path, seg: Segmentation) -> None:
     path : str or Path
         The PNG to write.
     seg : Segmentation
-        Its curve may be empty: the picture then says which weight was given.
+        With at least one weight in its curve.
 
     Raises
     ------
@@ -32,22 +31,11 @@ def draw_weight_curve(path: str | Path, seg: Segmentation) -> None:
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     axes.set(xlabel="weight of geometry against colour, λ", ylabel="quality Q")
-    if seg.weight_curve:
-        weights, values = zip(*seg.weight_curve, strict=True)
-        axes.set_xscale("log", base=2)
-        axes.plot(weights, values, "o-", color="#0072B2", markersize=4)
-        axes.axvline(seg.weight, color="#D55E00", linestyle="--")
-        axes.set_title(f"λ = {seg.weight:.3g} chosen of {len(weights)}, K = {seg.k}")
-        axes.grid(alpha=0.3)
-    else:
-        axes.set_title(f"no search: λ = {_name(seg.weight)}, K = {seg.k}")
-        if seg.quality is not None and 0 < seg.weight < math.inf:
-            axes.plot([seg.weight], [seg.quality], "o", color="#0072B2")
+    weights, values = zip(*seg.weight_curve, strict=True)
+    axes.set_xscale("log", base=2)
+    axes.plot(weights, values, "o-", color="#0072B2", markersize=4)
+    axes.axvline(seg.weight, color="#D55E00", linestyle="--")
+    axes.set_title(f"λ = {seg.weight:.3g} chosen of {len(weights)}, K = {seg.k}")
+    axes.grid(alpha=0.3)
     with atomic_write(path) as temporary:
         figure.savefig(temporary, format="png")
-
-
-def _name(weight: float) -> str:
-    if math.isnan(weight):
-        return "none"
-    return {0.0: "0 (colour only)", math.inf: "∞ (geometry only)"}.get(weight, f"{weight:.3g}")

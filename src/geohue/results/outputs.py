@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from geohue.errors import GeohueError
 from geohue.read.extras import optional
 from geohue.results.atomic import atomic_write
+from geohue.results.borders import draw_borders
 from geohue.results.curve import draw_weight_curve
+from geohue.results.levels import write_levels
 from geohue.results.picture import paint, picture
 from geohue.results.ply import write_ply
 from geohue.results.png import write_png
@@ -50,14 +52,17 @@ def write_results(
     formats : sequence of str
         More files: any of `FORMATS`.
     lean : bool
-        Leave out the pictures and, if it is not among `formats`, ``segmented.ply``.
+        Leave out the pictures, ``levels.npz`` and, if it is not among `formats`,
+        ``segmented.ply``.
 
     Returns
     -------
     list of Path
         ``labels.png`` for a grid (16 bit, 0 = no label, segments from 1) and ``labels.npy`` for
         a cloud (int32, -1 = no label), ``overlay.png``, ``segmented.ply`` if there is geometry,
-        ``weight_curve.png``, those of `formats` and, last, ``result.json``.
+        ``levels.npz`` (`write_levels`) and, for a grid, ``borders.png`` (`draw_borders`) where
+        regions were merged, ``weight_curve.png`` where weights were tried, those of `formats` and,
+        last, ``result.json``.
 
     Raises
     ------
@@ -90,15 +95,22 @@ def write_results(
 
 
 def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[Path]:
-    """Write what is there to be looked at."""
+    """Write what is there to be looked at, and the levels."""
     files = [target / "overlay.png"]
     write_png(files[-1], picture(scene, seg.labels))
     known = np.isfinite(scene.points[..., 2])
     if known.any():
         files.append(target / "segmented.ply")
         write_ply(files[-1], scene.points[known], scene.colors[known], seg.labels[known])
-    files.append(target / "weight_curve.png")
-    draw_weight_curve(files[-1], seg)
+    if seg.levels is not None:
+        if scene.is_grid:
+            files.append(target / "borders.png")
+            write_png(files[-1], draw_borders(scene.colors, seg.levels))
+        files.append(target / "levels.npz")
+        write_levels(files[-1], seg.levels)
+    if seg.weight_curve:
+        files.append(target / "weight_curve.png")
+        draw_weight_curve(files[-1], seg)
     return files
 
 

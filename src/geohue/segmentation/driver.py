@@ -107,7 +107,7 @@ def segment(
     """
     settings, clock = preset_named(preset), StageClock(progress)
     check_arguments(k, weight, seed, method)
-    merges = _merges(settings, weight, method)
+    merges = merges_regions(settings, weight, method)
     check_detail(detail, k, merges)
     if components and not scene.is_grid:
         raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
@@ -147,10 +147,11 @@ def segment(
         clock.timings(),
         tuple(notes),
         found.levels,
+        detail if merges and k == "auto" else None,
     )
 
 
-def _merges(settings: Preset, weight: Weight, method: str) -> bool:
+def merges_regions(settings: Preset, weight: Weight, method: str) -> bool:
     """Whether regions are merged: as the preset says unless a weight is given, or on request."""
     rule = settings.weight.rule if weight == "auto" else weight
     return rule == "merge" and method == PAPER_METHOD

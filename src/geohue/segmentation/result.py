@@ -13,8 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue._version import __version__
-from geohue.merge.levels import Levels
+from geohue.merge.levels import Detail, Levels
 from geohue.weight.search import Curve
+
+SUMMARY_DETAILS = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
+"""Degrees of detail whose numbers of segments the summary states."""
 
 Progress = Callable[[str], None]
 """Called with the name of each stage as it begins."""
@@ -47,6 +50,8 @@ class Segmentation:
     levels : Levels or None
         Nested segmentations, finer and coarser than `labels`, where regions were merged; None for
         the paper's cut and the compared systems.
+    detail : float, str or None
+        How fine the level is that `labels` are; None without levels, and where `k` was given.
     """
 
     labels: NDArray[np.int32]
@@ -61,6 +66,7 @@ class Segmentation:
     timings: dict[str, float]
     warnings: tuple[str, ...] = ()
     levels: Levels | None = None
+    detail: Detail | None = None
 
     @property
     def n_points(self) -> int:
@@ -84,11 +90,23 @@ class Segmentation:
             "weight": self.weight if math.isfinite(self.weight) else None,
             "quality": self.quality,
             "weight_curve": [[float(w), float(q)] for w, q in self.weight_curve],
+            "detail": self.detail if self.detail is None else _plain(self.detail),
+            "levels": None if self.levels is None else _levels(self.levels),
             "n_points": self.n_points,
             "n_labelled": self.n_labelled,
             "timings_s": {stage: round(s, 4) for stage, s in self.timings.items()},
             "warnings": list(self.warnings),
         }
+
+
+def _plain(detail: Detail) -> float | str:
+    return detail if isinstance(detail, str) else float(detail)
+
+
+def _levels(levels: Levels) -> dict[str, Any]:
+    """Return the number of levels, and of the segments at some degrees of detail."""
+    segments = [[detail, levels.count(detail)] for detail in SUMMARY_DETAILS]
+    return {"n": len(levels), "segments": segments}
 
 
 @dataclass(slots=True)

@@ -76,7 +76,7 @@ def test_a_failure_is_a_warning(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--methods", "magic"], "methods 'magic': choose among nncsc, kmeans"),
+        (["--methods", "magic"], "methods 'magic': choose among best, fast, nncsc, kmeans"),
         (["--methods", ","], "no methods given"),
         (["--cues", "depth"], "cues 'depth': choose one of fusion, color, geometry"),
         (["--methods", "edison", "--cues", "fusion"], "not defined for cues"),

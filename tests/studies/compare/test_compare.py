@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from geohue import GeohueError, Scene
 from geohue.features import CUES
-from geohue.segmentation.clusterers import METHODS
 from geohue.segmentation.driver import segment
 from geohue.studies.compare import Cell, Comparison, Result, compare, plan
+from geohue.studies.compare.cells import ROWS
 from geohue.studies.compare.run import Task, choose_count, run_cell
 
 Boxes = tuple[Scene, NDArray[np.int32]]
@@ -22,8 +22,8 @@ Boxes = tuple[Scene, NDArray[np.int32]]
 class TestPlan:
     def test_has_every_cell_of_figure_9(self) -> None:
         cells = plan()
-        assert len(cells) == len(METHODS) * len(CUES)
-        assert {"nncsc", "kmeans", "meanshift", "felzenszwalb", "edison"} <= {
+        assert len(cells) == len(ROWS) * len(CUES)
+        assert {"best", "nncsc", "kmeans", "meanshift", "felzenszwalb", "edison"} <= {
             cell.method for cell in cells
         }
 
@@ -72,7 +72,7 @@ class TestCompare:
 
     def test_labels_are_those_of_segment(self, faulty: Comparison, three_boxes: Boxes) -> None:
         scene, _ = three_boxes
-        result, alone = faulty.at("nncsc", "fusion"), segment(scene, 3)
+        result, alone = faulty.at("nncsc", "fusion"), segment(scene, 3, preset="paper")
         assert result.labels is not None
         np.testing.assert_array_equal(result.labels, alone.labels)
         assert (result.k, result.weight, result.quality) == (3, alone.weight, alone.quality)
@@ -104,10 +104,30 @@ class TestCompare:
 
     def test_k_is_chosen_once_for_all(self, three_boxes: Boxes) -> None:
         scene, _ = three_boxes
-        done = compare(scene, ["kmeans"], ["color", "geometry"], processes=1, preset="fast")
+        done = compare(scene, ["kmeans"], ["color", "geometry"], processes=1)
         assert done.k_chosen
-        assert done.k == choose_count(scene, "fast") == segment(scene, preset="fast").k
+        assert done.k == choose_count(scene) == segment(scene, preset="paper").k
         assert {result.k for result in done.results} == {done.k}
+
+    @pytest.mark.parametrize("preset", ["best", "fast"])
+    @pytest.mark.parametrize("chosen", [True, False])
+    def test_presets_that_merge_are_rows(
+        self, preset: str, chosen: bool, three_boxes: Boxes
+    ) -> None:
+        scene, _ = three_boxes
+        # K as another method is told it, and where it was not given the preset finds its own.
+        result = run_cell(Task(scene, None, 2, "paper", 3, chosen), Cell(preset, "fusion"))
+        alone = segment(scene, "auto" if chosen else 2, preset=preset, seed=3)
+        np.testing.assert_array_equal(result.labels, alone.labels)
+        assert result.k == (3 if chosen else 2)
+        assert result.weight is None
+
+    def test_the_row_best_beside_the_others(self, three_boxes: Boxes) -> None:
+        scene, truth = three_boxes
+        done = compare(scene, ["best", "kmeans"], ["fusion"], truth=truth + 1, processes=1)
+        assert done.at("best", "fusion").k == 3
+        assert done.at("best", "fusion").scores["rand"] > 0.99
+        assert done.methods == ("best", "kmeans")
 
     def test_an_image_alone_has_its_colour_cells(self) -> None:
         rgb = np.zeros((30, 40, 3), np.uint8)

@@ -6,11 +6,12 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from geohue.errors import GeohueError
+from geohue.merge.levels import Detail
 from geohue.results.outputs import FORMATS
 from geohue.scene import Scene
-from geohue.segmentation.choice import Weight, check_arguments
+from geohue.segmentation.choice import Weight, check_arguments, check_detail
 from geohue.segmentation.clusterers import check_method
-from geohue.segmentation.driver import segment
+from geohue.segmentation.driver import merges_regions, segment
 from geohue.segmentation.result import Segmentation
 from geohue.settings import PAPER_METHOD, preset_named
 
@@ -33,7 +34,7 @@ class Settings:
 
     k: int | Literal["auto"] = "auto"
     weight: Weight = "auto"
-    preset: str = "paper"
+    preset: str = "best"
     cues: str = "fusion"
     method: str = PAPER_METHOD
     seed: int = 0
@@ -41,14 +42,17 @@ class Settings:
     fill: bool = True
     formats: tuple[str, ...] = ()
     lean: bool = False
+    detail: Detail = "auto"
 
     def __post_init__(self) -> None:
         # Seen here, a mistake is one line; seen by `segment`, it would be one a frame.
-        preset_named(self.preset)
+        settings = preset_named(self.preset)
         check_method(self.method, self.cues, is_grid=True)
         for name in self.formats:
             _choose("format", name, FORMATS)
         check_arguments(self.k, self.weight, self.seed, self.method)
+        merges = merges_regions(settings, self.weight, self.method)
+        check_detail(self.detail, self.k, merges)
 
     def segment(self, scene: Scene) -> Segmentation:
         """Segment a scene with one thread."""
@@ -60,6 +64,7 @@ class Settings:
             self.cues,
             self.method,
             self.seed,
+            detail=self.detail,
             components=self.components,
             fill=self.fill,
             threads=1,

@@ -74,7 +74,7 @@ class Answer:
 def plan(
     methods: Sequence[str] = (OWN,),
     cues: Sequence[str] = ("fusion",),
-    presets: Sequence[str] = ("paper",),
+    presets: Sequence[str] = ("best",),
 ) -> list[Trial]:
     """Combine methods, cues and presets, each method with the cues that it is defined for.
 

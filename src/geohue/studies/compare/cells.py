@@ -22,9 +22,16 @@ SCORES = {"voi_bits": "VoI", "rand": "RI"}
 """What is shown of `geohue.measures.evaluate`, with its name in pictures and tables."""
 
 
+MERGING = ("best", "fast")
+"""The presets that merge regions: rows of a plate as the methods are."""
+
+ROWS = ("best", *METHODS)
+"""The rows of a plate, if none are named."""
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class Cell:
-    """A method on some cues."""
+    """A method, or a preset that merges regions, on some cues."""
 
     method: str
     cues: str
@@ -33,6 +40,11 @@ class Cell:
     def name(self) -> str:
         """Short name, fit for a file."""
         return f"{self.method}-{self.cues}"
+
+    @property
+    def merges(self) -> bool:
+        """Whether it is a preset that merges regions."""
+        return self.method in MERGING
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +66,7 @@ class Result:
         Of the processor, with one thread; libraries were loaded and compiled before.
     weight : float or None
         The paper's lambda: 0 for colour alone, infinity for geometry alone, NaN for a method that
-        has none.
+        has none; None where regions were merged.
     quality : float or None
         Q of eq. 17.
     scores : dict of str to float
@@ -91,7 +103,7 @@ class Result:
             seg.labels,
             seg.k,
             seconds,
-            seg.weight,
+            seg.weight if seg.levels is None else None,
             seg.quality,
             scores,
             tuple(text for text in seg.warnings if text not in known),
@@ -171,7 +183,7 @@ class Comparison:
         }
 
 
-def plan(methods: Sequence[str] = METHODS, cues: Sequence[str] = CUES) -> list[Cell]:
+def plan(methods: Sequence[str] = ROWS, cues: Sequence[str] = CUES) -> list[Cell]:
     """Combine methods and cues, in the order given, each once.
 
     Raises
@@ -179,7 +191,7 @@ def plan(methods: Sequence[str] = METHODS, cues: Sequence[str] = CUES) -> list[C
     GeohueError
         For an unknown name, or none.
     """
-    _check("methods", methods, METHODS)
+    _check("methods", methods, (*MERGING, *METHODS))
     if not cues:
         raise GeohueError(f"no cues given: choose among {', '.join(known_cues())}")
     for name in cues:

@@ -19,7 +19,11 @@ if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
     from PIL.ImageFont import FreeTypeFont, ImageFont
 
-TITLES = {PAPER_METHOD: f"proposed ({PAPER_METHOD})"}
+TITLES = {
+    PAPER_METHOD: f"proposed ({PAPER_METHOD})",
+    "best": "default (best)",
+    "fast": "default (fast)",
+}
 """What a method is called in pictures, if not by its own name."""
 
 _INK, _PAPER, _GAP, _FAILED = (25, 25, 25), (255, 255, 255), (236, 236, 236), (250, 222, 214)

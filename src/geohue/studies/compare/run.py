@@ -19,12 +19,12 @@ from geohue.features import CUES
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import prepare_scene
 from geohue.scene import Scene
-from geohue.segmentation.choice import check_arguments
+from geohue.segmentation.choice import Count, check_arguments
 from geohue.segmentation.clusterers import METHODS, check_method
 from geohue.segmentation.driver import segment
 from geohue.segmentation.result import Segmentation
 from geohue.settings import preset_named
-from geohue.studies.compare.cells import Cell, Comparison, Result, plan
+from geohue.studies.compare.cells import ROWS, Cell, Comparison, Result, plan
 from geohue.studies.compare.crew import run_crew
 
 Progress = Callable[[int, int, Result], None]
@@ -46,11 +46,12 @@ class Task:
     k: int
     preset: str
     seed: int
+    k_chosen: bool = False
 
 
 def compare(
     scene: Scene,
-    methods: Sequence[str] = METHODS,
+    methods: Sequence[str] = ROWS,
     cues: Sequence[str] = CUES,
     k: int | Literal["auto"] = "auto",
     *,
@@ -67,12 +68,13 @@ def compare(
     ----------
     scene : Scene
     methods : sequence of str
-        The rows of the plate (`geohue.segment`).
+        The rows of the plate: methods of `geohue.segment`, and its presets "best" and "fast".
     cues : sequence of {"fusion", "color", "geometry"}
         Its columns.
     k : int or "auto"
         Number of segments for the methods that are told it; "auto" is chosen once, by the
-        proposed method on colour and geometry alike, and the same for all.
+        proposed method on colour and geometry alike, and the same for all but the presets, which
+        find their own; of a given K they take the level.
     truth : (H, W) or (N,) integer, optional
         True labels, 0 for none: adds VoI, RI and the other measures.
     preset : str
@@ -109,7 +111,7 @@ def compare(
     todo = [cell for cell in cells if cell not in found]
     if not todo:
         raise GeohueError(next(iter(found.values())).reason)
-    work = partial(run_cell, Task(scene, truth, chosen, preset, seed))
+    work = partial(run_cell, Task(scene, truth, chosen, preset, seed, k == "auto"))
     crew = min(processes or min(cores(), _MOST_PROCESSES), len(todo))
     for count, outcome in enumerate(run_crew(work, todo, crew, timeout), start=1):
         cell = outcome.job
@@ -138,6 +140,9 @@ def run_cell(task: Task, cell: Cell) -> Result:
 
 
 def _segment(task: Task, scene: Scene, cell: Cell) -> Segmentation:
+    if cell.merges:
+        k: Count = "auto" if task.k_chosen else task.k
+        return segment(scene, k, "auto", cell.method, cell.cues, seed=task.seed, threads=1)
     return segment(scene, task.k, "auto", task.preset, cell.cues, cell.method, task.seed, threads=1)
 
 
@@ -151,7 +156,7 @@ def choose_count(scene: Scene, preset: str = "paper", seed: int = 0) -> int:
 
 def _undefined(cell: Cell, scene: Scene) -> Result | None:
     try:
-        check_method(cell.method, cell.cues, scene.is_grid)
+        check_method("nncsc" if cell.merges else cell.method, cell.cues, scene.is_grid)
     except GeohueError as error:
         return Result(cell, "undefined", str(error))
     return None
