@@ -47,12 +47,23 @@ class PairGraph:
     smallest: int
 
     @classmethod
-    def of(cls, draft: Scene, min_region: float) -> PairGraph:
-        """Pair the points of a draft; regions below a share of its points count as small."""
+    def of(cls, draft: Scene, min_region: float, everywhere: bool = False) -> PairGraph:
+        """Pair the points of a draft.
+
+        Parameters
+        ----------
+        draft : Scene
+            The points.
+        min_region : float
+            Share of the points below which a region counts as small.
+        everywhere : bool
+            Whether a grid has no gaps: where colour alone counts, so does a pixel without depth.
+        """
         pixels, points = (max(least, round(min_region * draft.size)) for least in SMALLEST)
         if draft.is_grid:
             one, other = adjacent_pixels(draft.shape)
-            return cls(draft, nearest_known(draft.valid), one, other, len(one), pixels)
+            near = nearest_known(draft.valid | everywhere)
+            return cls(draft, near, one, other, len(one), pixels)
         one, other = adjacent_points(draft)
         far = link_pieces(draft, one, other)
         both = np.concatenate([one, far[0]]), np.concatenate([other, far[1]])

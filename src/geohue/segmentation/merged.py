@@ -84,14 +84,15 @@ def merge_scene(
     Merged
     """
     with clock.stage("cuts"):
-        graph = PairGraph.of(scene.take(draft), settings.min_region)
+        cues = cutter.draft.cues
+        graph = PairGraph.of(scene.take(draft), settings.min_region, everywhere=cues == "color")
         weights, cuts = _votes(cutter, graph, settings, team)
     with clock.stage("merge"):
         regions, tree = merge_draft(graph, cutter.draft, cuts, k or 1)
         chosen = tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
         weight = _most_like(chosen[regions], weights, cuts)
     with clock.stage("borders"):
-        full = carry(regions, chosen, draft, scene, team)
+        full = carry(regions, chosen, draft, scene, team, cues)
     return Merged(Levels(full, tree), chosen, weight)
 
 
