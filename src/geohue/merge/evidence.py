@@ -106,7 +106,8 @@ def gather(
         unit = depth
         nearer = np.minimum(depth[one], depth[other])
         depth_step = np.abs(depth[one] - depth[other]) / nearer
-        gap = gap * (np.median(nearer) / nearer) ** 2  # noise grows with the square of depth
+        middle = np.median(nearer) if len(nearer) else 1.0
+        gap = gap * (middle / nearer) ** 2  # noise grows with the square of depth
     typical = float(np.median(gap)) if len(gap) else 0.0
     gap = np.minimum(gap / typical, GAP_CAP) if typical > 0 else np.where(gap > 0, GAP_CAP, 0.0)
     return Evidence(
