@@ -13,6 +13,7 @@ from geohue.features import Cues
 from geohue.merge.carry import carry
 from geohue.merge.draft import merge_draft
 from geohue.merge.levels import Detail, Levels, threshold_of
+from geohue.merge.tree import MergeTree
 from geohue.ncut.cutter import Cutter
 from geohue.regions.graph import PairGraph
 from geohue.scene import Scene
@@ -89,11 +90,26 @@ def merge_scene(
         weights, cuts = _votes(cutter, graph, settings, team)
     with clock.stage("merge"):
         regions, tree = merge_draft(graph, cutter.draft, cuts, k or 1)
-        chosen = tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
+        chosen = _level(tree, k, detail)
         weight = _most_like(chosen[regions], weights, cuts)
     with clock.stage("borders"):
         full = carry(regions, chosen, draft, scene, team, cues)
-    return Merged(Levels(full, tree), chosen, weight)
+        full, tree = _shown(full, tree)
+    return Merged(Levels(full, tree), _level(tree, k, detail), weight)
+
+
+def _level(tree: MergeTree, k: int | None, detail: Detail) -> Labels:
+    return tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
+
+
+def _shown(regions: Labels, tree: MergeTree) -> tuple[Labels, MergeTree]:
+    """Leave out regions without any point in the scene: in gaps, or lost to their neighbours."""
+    kept = np.zeros(tree.n_regions, bool)
+    kept[regions[regions >= 0]] = True
+    if kept.all():
+        return regions, tree
+    name = np.append(np.cumsum(kept, dtype=np.int32) - np.int32(1), np.int32(-1))
+    return name[regions], tree.among(kept)
 
 
 def _votes(
