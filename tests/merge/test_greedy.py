@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from merge.tables import random_evidence
 from numpy.typing import NDArray
-from twins import merge as twin
 
 from geohue.merge.evidence import Evidence
 from geohue.merge.greedy import APART, Queue, linked, merge_all, place, remove
 from geohue.merge.table import tabulate
+from merge.tables import random_evidence
+from twins import merge as twin
 
 Sets = list[frozenset[frozenset[int]]]
 

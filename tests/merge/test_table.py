@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from merge.tables import random_evidence
-from twins import merge as twin
 
 from geohue.merge import table as t
 from geohue.merge.smooth import Smooth, smooth_within
 from geohue.merge.table import tabulate
+from merge.tables import random_evidence
+from twins import merge as twin
 
 law = settings(deadline=None, max_examples=25)
 
