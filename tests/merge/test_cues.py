@@ -19,7 +19,7 @@ from twins import merge as twin
 
 SQUARE = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 RING = [[0, 1], [1, 2], [2, 3], [0, 3]]
-TWO = np.repeat(np.int32([0, 1]), 4)
+TWO = np.array([0, 0, 0, 0, 1, 1, 1, 1], np.int32)
 
 
 def floors() -> Evidence:
@@ -38,7 +38,7 @@ def floors() -> Evidence:
         gap=np.zeros(12),
         depth_step=np.repeat([5.0, 5.0, 0.008], 4),
         texture=np.array([2, 2, 2, 2, 2, 2, 3, 3]),
-        cuts=[TWO, 0 * TWO, np.int32([0, 0, 0, 0, 0, 0, 1, 1])],
+        cuts=[TWO, 0 * TWO, np.array([0, 0, 0, 0, 0, 0, 1, 1], np.int32)],
         distant=np.zeros((0, 2), np.int64),
     )
 
@@ -47,7 +47,8 @@ def measured(evidence: Evidence, labels: NDArray[np.int32], e: int = 0) -> dict[
     table, scratch, out = tabulate(evidence, labels), np.empty(6), np.full(len(NAMES), np.nan)
     for i in range(len(table.region)):
         fit_plane(table.region, i, scratch)
-    measure(table, *table.ends[e], e, out, scratch)
+    i, j = table.ends[e].tolist()
+    measure(table, i, j, e, out, scratch)
     return dict(zip(NAMES, out.tolist(), strict=True))
 
 
@@ -81,7 +82,7 @@ def test_all_cues_are_in_the_test_by_hand() -> None:
 
 class TestOneByOne:
     def test_sizes(self) -> None:
-        three = np.int32([0, 0, 0, 1, 1, 1, 1, 1])
+        three = np.array([0, 0, 0, 1, 1, 1, 1, 1], np.int32)
         found = measured(floors(), three)
         assert found["smaller"] == pytest.approx(np.log(3 / 8))
         assert found["larger"] == pytest.approx(np.log(5 / 8))
@@ -111,7 +112,7 @@ class TestOneByOne:
 
     def test_regions_of_a_line_or_less_have_no_plane(self) -> None:
         line = np.arange(8.0)[:, None] * [[1.0, 2, 3]]
-        for labels in (TWO, np.int32([0, 0, 1, 1, 1, 1, 1, 1])):
+        for labels in (TWO, np.array([0, 0, 1, 1, 1, 1, 1, 1], np.int32)):
             found = measured(replace(floors(), points=line), labels)
             assert found["offset"] == pytest.approx(np.log(0.5))
             assert found["one_plane"] == pytest.approx(np.log(0.1), abs=1e-3)

@@ -120,6 +120,11 @@ class TestGrid:
         typical = (4 / 9 + 2) / 2
         np.testing.assert_allclose(found.gap, np.array([4, 0, 2, 4 / 9]) / typical)
 
+    def test_one_pixel(self) -> None:
+        found = gathered(np.ones((1, 3)), chain(1), np.ones(1))
+        assert found.gap.shape == found.depth_step.shape == (0,)
+        assert found.unit.tolist() == [1]
+
     @given(st.integers(0, 2**20), st.floats(1e-6, 1e6))
     @law
     def test_scale_says_nothing(self, seed: int, scale: float) -> None:

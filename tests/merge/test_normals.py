@@ -27,7 +27,7 @@ def slanted(shape: tuple[int, int] = (40, 50)) -> tuple[Floats, Floats]:
 
 
 def angle(normals: Floats, expected: Floats) -> Floats:
-    return np.degrees(np.arccos(np.clip((normals * expected).sum(axis=-1), -1, 1)))
+    return np.asarray(np.degrees(np.arccos(np.clip((normals * expected).sum(axis=-1), -1, 1))))
 
 
 class TestGrid:

@@ -139,7 +139,8 @@ def merge(
     Returns the two sets of first regions of each merge, and the scores.
     """
     facts, now = Facts(evidence, labels), labels.copy()
-    merges, scores = [], []
+    merges: list[frozenset[frozenset[int]]] = []
+    scores: list[float] = []
     while True:
         found = _best(facts, now, weights, apart)
         if found is None:

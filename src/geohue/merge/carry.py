@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from geohue.compute.parallel import Workers
+from geohue.features import lab_of
 from geohue.merge.borders import draw_borders
-from geohue.prepared import PreparedScene
+from geohue.merge.score import Cues
 from geohue.scene import Scene
 
 NEAREST = 4
@@ -21,7 +24,15 @@ Labels = NDArray[np.int32]
 _BLOCK = 65_536
 
 
-def carry(regions: Labels, segments: Labels, prepared: PreparedScene) -> Labels:
+def carry(
+    regions: Labels,
+    segments: Labels,
+    draft: NDArray[np.int64],
+    scene: Scene,
+    workers: Workers,
+    cues: Cues = "fusion",
+    lab: NDArray[np.float32] | None = None,
+) -> Labels:
     """Give each point of a scene a region of the draft.
 
     On a grid borders are drawn between segments (`draw_borders`). A point of a cloud takes the
@@ -34,30 +45,46 @@ def carry(regions: Labels, segments: Labels, prepared: PreparedScene) -> Labels:
         Fine regions of the draft, none missing.
     segments : (R,) int32
         The segment of each region.
-    prepared : PreparedScene
-        The scene and its draft.
+    draft : int64, shape of `regions`
+        Positions in the scene (`Scene.thinning`).
+    scene : Scene
+        The scene.
+    workers : Workers
+        Threads to use.
+    cues : {"fusion", "color", "geometry"}
+        What borders follow.
+    lab : (H, W, 3) float32, optional
+        CIELab of the scene's colours, if it is there already.
 
     Returns
     -------
     (H, W) or (N,) int32
-        A region for each point with a position, or for each point where none has one; -1 elsewhere.
+        A region for each point with a position, on grids that go by colour alone for each pixel; -1
+        elsewhere.
     """
-    scene, draft, workers = prepared.scene, prepared.positions, prepared.workers
-    known = scene.valid
-    if not known.any():  # an image alone
-        known = np.ones(scene.shape, bool)
     if scene.is_grid:
         width = scene.shape[1]
         rows, columns = draft[:, 0] // width, draft[0] % width
-        with np.errstate(invalid="ignore", divide="ignore"):
-            depth = np.log(scene.points[..., 2:] if scene.depth is None else scene.depth[..., None])
-        values = np.concatenate([prepared.raw.lab, depth.astype(np.float32)], axis=-1)
+        values = _values(scene, cues, lab)
         full = draw_borders(regions, segments, rows, columns, values, workers)
-        return np.where(known, full, np.int32(-1))
+        return full if cues == "color" else np.where(scene.valid, full, np.int32(-1))
     full = np.full(scene.size, -1, np.int32)
-    index = np.flatnonzero(known)
+    index = np.flatnonzero(scene.valid)
+    if cues == "geometry":
+        scene = replace(scene, colors=np.zeros_like(scene.colors))
     full[index] = _carry_to_points(regions, draft, index, scene, workers)
     return full
+
+
+def _values(scene: Scene, cues: Cues, lab: NDArray[np.float32] | None) -> NDArray[np.float32]:
+    """L, a, b and the logarithm of depth, NaN where there is none or the cue takes no part."""
+    values = np.full((*scene.shape, 4), np.nan, np.float32)
+    if cues != "geometry":
+        values[..., :3] = lab_of(scene.colors) if lab is None else lab
+    if cues != "color":
+        with np.errstate(invalid="ignore", divide="ignore"):
+            values[..., 3] = np.log(scene.points[..., 2] if scene.depth is None else scene.depth)
+    return values
 
 
 def _carry_to_points(

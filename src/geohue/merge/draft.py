@@ -83,7 +83,7 @@ def merge_limbs(graph: PairGraph, features: Features, limbs: Labels) -> MergeTre
 
 
 def _tree(evidence: Evidence, regions: Labels, features: Features) -> MergeTree:
-    weights = constants(_share(features, evidence, regions), _cues(features))
+    weights = constants(_share(features, evidence, regions), cues_of(features))
     merges, scores = merge_all(tabulate(evidence, regions), weights)
     return MergeTree(int(regions.max(initial=-1)) + 1, merges, scores)
 
@@ -98,7 +98,8 @@ def _begin(evidence: Evidence, lab: Floats, least: int) -> Labels:
     return regions
 
 
-def _cues(features: Features) -> Cues:
+def cues_of(features: Features) -> Cues:
+    """Return which of colour and geometry take part, whatever further cues there are."""
     if features.is_fused:
         return "fusion"
     return "color" if features.uses("color") else "geometry"

@@ -68,6 +68,37 @@ class MergeTree:
             raise GeohueError(f"k is {k}: expected at least 1")
         return self.after(min(max(self.n_regions - k, 0), len(self.merges)))
 
+    def among(self, kept: NDArray[np.bool_]) -> MergeTree:
+        """Return the tree of some of the finest regions, numbered anew.
+
+        Each level is that of the whole tree with the other regions left out.
+
+        Parameters
+        ----------
+        kept : (R,) bool
+            Which regions.
+
+        Returns
+        -------
+        MergeTree
+            Its scores are the `heights` of the whole tree.
+
+        Examples
+        --------
+        >>> tree = MergeTree(3, np.array([[0, 2], [1, 0]]), np.array([-1.0, 2.0]))
+        >>> tree.among(np.array([False, True, True])).merges.tolist()
+        [[0, 1]]
+        """
+        name = np.where(kept, np.cumsum(kept) - 1, -1)
+        merges, scores = [], []
+        for (one, other), height in zip(self.merges.tolist(), self.heights, strict=True):
+            if name[one] >= 0 and name[other] >= 0:
+                merges.append((name[one], name[other]))
+                scores.append(height)
+            name[one] = name[one] if name[one] >= 0 else name[other]
+        pairs = np.array(merges, np.int64).reshape(-1, 2)
+        return MergeTree(int(kept.sum()), pairs, np.array(scores))
+
     def after(self, n_merges: int) -> Labels:
         """Return the segment of each finest region after the first merges.
 

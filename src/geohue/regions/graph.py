@@ -11,6 +11,7 @@ from geohue.regions.adjacency import adjacent_pixels, adjacent_points, link_piec
 from geohue.regions.groups import connected_groups, merge_small_groups
 from geohue.regions.images import connected_components, merge_small_regions
 from geohue.scene import Scene
+from geohue.settings.consensus import SMALLEST
 
 Labels = NDArray[np.int32]
 
@@ -43,7 +44,13 @@ class PairGraph:
     smallest: int
 
     @classmethod
-    def of(cls, draft: Scene, min_region: float, smallest: tuple[int, int]) -> PairGraph:
+    def of(
+        cls,
+        draft: Scene,
+        min_region: float,
+        smallest: tuple[int, int] = SMALLEST,
+        everywhere: bool = False,
+    ) -> PairGraph:
         """Pair the points of a draft.
 
         Parameters
@@ -51,14 +58,17 @@ class PairGraph:
         draft : Scene
             The points.
         min_region : float
-            Share of the points below which a region is small.
+            Share of the points below which a region counts as small.
         smallest : (int, int)
-            Pixels of a grid and points of a cloud below which it is, however small the draft.
+            Pixels of a grid and points of a cloud below which it does, however small the draft.
+        everywhere : bool
+            Whether a grid has no gaps: where colour alone counts, so does a pixel without depth.
         """
         pixels, points = (max(least, round(min_region * draft.size)) for least in smallest)
         if draft.is_grid:
             one, other = adjacent_pixels(draft.shape)
-            return cls(draft, nearest_known(draft.valid), one, other, len(one), pixels)
+            near = nearest_known(draft.valid | everywhere)
+            return cls(draft, near, one, other, len(one), pixels)
         one, other = adjacent_points(draft)
         far = link_pieces(draft, one, other)
         both = np.concatenate([one, far[0]]), np.concatenate([other, far[1]])
@@ -96,12 +106,13 @@ class PairGraph:
         return merge_small_groups(labels, *pairs, self.draft.points, self.smallest)
 
     def close_pairs(
-        self, far: float, least: int
+        self, far: float, least: int | None = None
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """Divide the pairs into those that may lie in one thing and links across a distance.
 
         A link between pieces of a cloud is close where it is shorter than `far` median distances of
-        neighbours, or where one of the pieces has fewer than `least` points: too few for a thing.
+        neighbours, or where one of the pieces has fewer than `least` points (by default
+        `smallest`): too few for a thing.
 
         Returns
         -------
@@ -118,7 +129,7 @@ class PairGraph:
         close = beside | (length < far * np.median(length[beside]))
         everywhere = np.zeros(self.draft.size, np.int32)
         piece = connected_groups(everywhere, self.one[close], self.other[close])
-        small = np.bincount(piece)[piece] < least
+        small = np.bincount(piece)[piece] < (self.smallest if least is None else least)
         close |= small[self.one] | small[self.other]
         distant = np.stack([self.one[~close], self.other[~close]], axis=1)
         order = np.argsort(length[~close], kind="stable")

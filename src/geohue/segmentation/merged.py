@@ -12,8 +12,9 @@ from geohue.consensus.voters import CutVoter, Voter, make_voters
 from geohue.errors import GeohueError
 from geohue.merge.branching import find_branches
 from geohue.merge.carry import carry
-from geohue.merge.draft import merge_draft, merge_limbs
+from geohue.merge.draft import cues_of, merge_draft, merge_limbs
 from geohue.merge.levels import Detail, threshold_of
+from geohue.merge.tree import MergeTree
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene
 from geohue.regions.graph import PairGraph
@@ -48,7 +49,8 @@ def merge_scene(
     """
     prepared = _placed(prepared)
     settings, features = prepared.settings, prepared.draft_features
-    graph = PairGraph.of(prepared.draft, settings.min_region, settings.consensus.smallest)
+    cues, smallest = cues_of(features), settings.consensus.smallest
+    graph = PairGraph.of(prepared.draft, settings.min_region, smallest, cues == "color")
     with clock.stage("limbs"):
         limbs = _limbs(graph, k)
     with clock.stage("cuts"):
@@ -58,11 +60,28 @@ def merge_scene(
             regions, tree = merge_draft(graph, features, maps, k or 1)
         else:
             regions, tree = limbs, merge_limbs(graph, features, limbs)
-        chosen = tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
+        chosen = _level(tree, k, detail)
         weight = math.inf if limbs is not None else _most_like(chosen[regions], weights, maps)
     with clock.stage("borders"):
-        full = carry(regions, chosen, prepared)
-    return Outcome(full, weight, [], k, chosen, tree)
+        lab = prepared.raw.lab if prepared.scene.is_grid and cues != "geometry" else None
+        here = prepared.positions, prepared.scene, prepared.workers
+        full = carry(regions, chosen, *here, cues, lab)
+        full, tree = _shown(full, tree)
+    return Outcome(full, weight, [], k, _level(tree, k, detail), tree)
+
+
+def _level(tree: MergeTree, k: int | None, detail: Detail) -> Labels:
+    return tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
+
+
+def _shown(regions: Labels, tree: MergeTree) -> tuple[Labels, MergeTree]:
+    """Leave out regions without any point in the scene: in gaps, or lost to their neighbours."""
+    kept = np.zeros(tree.n_regions, bool)
+    kept[regions[regions >= 0]] = True
+    if kept.all():
+        return regions, tree
+    name = np.append(np.cumsum(kept, dtype=np.int32) - np.int32(1), np.int32(-1))
+    return name[regions], tree.among(kept)
 
 
 def _placed(prepared: PreparedScene) -> PreparedScene:
