@@ -91,7 +91,7 @@ def test_detail_reaches_every_frame(frames: Path, tmp_path: Path) -> None:
 def test_settings_that_no_frame_could_have() -> None:
     for wrong in ({"preset": "paper"}, {"weight": 1.0}, {"k": 2}, {"method": "kmeans"}):
         with pytest.raises(GeohueError, match="detail is 'fine'"):
-            Settings(detail="fine", **wrong)  # type: ignore[arg-type]
+            Settings(detail="fine", **wrong)
     assert Settings().preset == "best"
 
 
