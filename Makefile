@@ -7,9 +7,12 @@ PIP = $(VENV)/bin/python -m pip --quiet --disable-pip-version-check
 
 .PHONY: demo test lint types check clean
 
-demo: $(VENV)/.installed  ## Segment the built-in motorcycle scene
-	$(VENV)/bin/geohue segment --sample motorcycle -o out/motorcycle
-	@echo "Look at out/motorcycle/overlay.png and out/motorcycle/weight_curve.png"
+demo: $(VENV)/.installed  ## Segment the built-in motorcycle scene, as by default and as the paper
+	$(VENV)/bin/geohue segment --sample motorcycle -o out/motorcycle/best
+	$(VENV)/bin/geohue segment --sample motorcycle --preset paper -o out/motorcycle/paper
+	@echo "The segments:        out/motorcycle/best/overlay.png beside out/motorcycle/paper/overlay.png"
+	@echo "How sure a border is: out/motorcycle/best/borders.png"
+	@echo "Q over the weight:    out/motorcycle/paper/weight_curve.png"
 
 test: $(VENV)/.installed-dev  ## Run all tests
 	$(VENV)/bin/python -m pytest

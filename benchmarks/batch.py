@@ -25,7 +25,7 @@ from geohue.results.outputs import write_results
 from geohue.studies.batch import Settings, find_items
 
 DATA = Path(os.environ.get("GEOHUE_DATA", Path(__file__).parents[2] / "shared" / "data"))
-PRESETS = ("paper", "fast")
+PRESETS = ("best", "fast", "paper")
 
 
 def frame_costs(frames: int, runs: int) -> dict[str, list[float]]:
@@ -47,11 +47,11 @@ def frame_costs(frames: int, runs: int) -> dict[str, list[float]]:
                 for preset in PRESETS:
                     with timed(f"segment, {preset}"):
                         seg = Settings(preset=preset).segment(scene)
-                for name, lean in (("write all", False), ("write labels (--lean)", True)):
-                    with timed(name):
-                        files = write_results(Path(out), scene, seg, lean=lean)
-                    size = sum(file.stat().st_size for file in files) / 1e6
-                    seconds.setdefault(f"{name}, MB", []).append(size)
+                    for name, lean in (("write all", False), ("write labels (--lean)", True)):
+                        with timed(f"{name}, {preset}"):
+                            files = write_results(Path(out), scene, seg, lean=lean)
+                        size = sum(file.stat().st_size for file in files) / 1e6
+                        seconds.setdefault(f"{name}, {preset}, MB", []).append(size)
             if run == 0:
                 seconds.clear()
     return seconds

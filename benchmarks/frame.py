@@ -1,6 +1,6 @@
 """Time of each stage and peak memory for one frame.
 
-    python benchmarks/frame.py [--frames 5] [--runs 3] [--presets paper fast] [-k auto]
+    python benchmarks/frame.py [--frames 5] [--runs 3] [--presets best fast paper] [-k auto]
 
 The motorcycle sample, and Kinect frames from GEOHUE_DATA (or ../shared/data) where it is there:
 nyuv2 is dense, mosd lacks about 39 % of the depth. Medians; a first run that loads and compiles is
@@ -20,7 +20,11 @@ import geohue
 from geohue.datasets import load_sample
 from geohue.read.scenes.scenes import read_scene
 
-STAGES = ("features", "k", "weight", "cut", "refine", "quality", "fill", "total")
+STAGES = (
+    *("features", "cuts", "merge", "borders"),  # best and fast
+    *("k", "weight", "cut", "refine"),  # paper
+    *("quality", "fill", "total"),
+)
 
 
 def scenes(count: int) -> dict[str, list[geohue.Scene]]:
@@ -42,7 +46,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=5)
     parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--presets", nargs="+", default=["paper", "fast"])
+    parser.add_argument("--presets", nargs="+", default=["best", "fast", "paper"])
     parser.add_argument("-k", default="auto")
     options = parser.parse_args()
     k = options.k if options.k == "auto" else int(options.k)
@@ -63,7 +67,7 @@ def main() -> None:
     print("| ms | preset | " + " | ".join(STAGES) + " |")
     print("| --- | --- |" + " ---: |" * len(STAGES))
     for (name, preset), runs in times.items():
-        cells = [f"{1000 * median(run[stage] for run in runs):.0f}" for stage in STAGES]
+        cells = [f"{1000 * median(run.get(stage, 0.0) for run in runs):.0f}" for stage in STAGES]
         print(f"| {name} | {preset} | " + " | ".join(cells) + " |")
 
 

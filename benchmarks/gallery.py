@@ -1,11 +1,11 @@
 """Draw the plates of Fig. 8, 9 and 11-13 for all scenes of the data folder.
 
     python -m benchmarks.gallery -o FOLDER [--scenes aloe,baby1] [--frames 3] [--processes 2]
-    python -m benchmarks.gallery --docs docs/images/plate-motorcycle.jpg
+    python -m benchmarks.gallery --docs docs/images
 
 The first form writes a folder a scene, as `geohue compare` does, and an index.html. The data are
-looked for as the tests do (GEOHUE_DATA, or ../shared/data). The second form draws the plate of
-docs/gallery.md from the sample that may be shipped.
+looked for as the tests do (GEOHUE_DATA, or ../shared/data). The second form draws the pictures of
+README.md and docs/gallery.md from the sample that may be shipped.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
@@ -24,14 +24,19 @@ from numpy.typing import NDArray
 
 import geohue
 from geohue.datasets import load_sample
+from geohue.merge.levels import Levels
 from geohue.read import read_color
 from geohue.read.images.disparity import read_disparity
 from geohue.results.atomic import atomic_write
+from geohue.results.borders import paint_borders
+from geohue.results.picture import overlay
 from geohue.scene import Scene
-from geohue.segmentation.clusterers import METHODS
 from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
 from geohue.studies.compare import Comparison, Result, compare, draw_plate
+from geohue.studies.compare.cells import ROWS
 from geohue.studies.compare.files import write_comparison
+from geohue.studies.compare.match import match_labels
+from geohue.studies.compare.views import Image, scaled
 
 Truth = NDArray[np.int32] | None
 
@@ -114,16 +119,59 @@ def _index(out: Path) -> Iterator[str]:
         yield f'<img src="{name}/plate.png" alt="plate of {name}">\n'
 
 
-def draw_for_docs(path: Path, processes: int) -> None:
-    """Draw the plate of the documentation as a JPEG of modest size."""
+def draw_for_docs(folder: Path, processes: int) -> None:
+    """Draw the pictures of the documentation, all of the sample that may be shipped."""
+    scene = load_sample("motorcycle")
+    best, paper = geohue.segment(scene), geohue.segment(scene, preset="paper")
+    assert best.levels is not None
+    shown = {"the scene": scene.colors}
+    shown[f"best, the default: {best.k} segments"] = overlay(scene.colors, best.labels)
+    matched = match_labels(paper.labels, best.labels)
+    shown[f"paper: {paper.k} segments"] = overlay(scene.colors, matched)
+    write_jpeg(folder / "motorcycle.jpg", panels(shown, 500, 3))
+    write_jpeg(folder / "motorcycle-levels.jpg", panels(_levels(scene, best.levels), 600, 2))
+    done = compare(scene, k=_K["motorcycle"], processes=processes, progress=_tell("motorcycle"))
+    write_jpeg(folder / "plate-motorcycle.jpg", draw_plate(scene, done, size=280))
+
+
+def _levels(scene: Scene, levels: Levels) -> dict[str, Image]:
+    """Show three levels in matching colours, and the borders of all."""
+    middle, shown = levels.at("auto"), dict[str, Image]()
+    names: tuple[Literal["coarse", "auto", "fine"], ...] = ("coarse", "auto", "fine")
+    for detail in names:
+        labels = match_labels(levels.at(detail), middle)
+        shown[f"{detail}: {levels.count(detail)} segments"] = overlay(scene.colors, labels)
+    return shown | {"borders of all levels": paint_borders(scene.colors, levels)}
+
+
+def panels(shown: Mapping[str, Image], size: int, columns: int) -> Image:
+    """Put pictures of one shape in rows, each with its name below."""
+    from PIL import Image as Picture
+    from PIL import ImageDraw, ImageFont
+
+    tiles = {name: scaled(image, size) for name, image in shown.items()}
+    height, width = next(iter(tiles.values())).shape[:2]
+    font, step, rows = (
+        ImageFont.load_default(size // 26),
+        height + size // 14,
+        -len(tiles) // columns,
+    )
+    sheet = Picture.new("RGB", (columns * (width + 6) - 6, -rows * step), (255, 255, 255))
+    for place, (name, tile) in enumerate(tiles.items()):
+        corner = place % columns * (width + 6), place // columns * step
+        sheet.paste(Picture.fromarray(tile), corner)
+        below = corner[0] + 4, corner[1] + height + 2
+        ImageDraw.Draw(sheet).text(below, name, (25, 25, 25), font)
+    return np.asarray(sheet, np.uint8)
+
+
+def write_jpeg(path: Path, image: Image) -> None:
+    """Write a picture as a JPEG of modest size."""
     import cv2
 
-    scene = load_sample("motorcycle")
-    done = compare(scene, k=_K["motorcycle"], processes=processes, progress=_tell("motorcycle"))
-    plate = draw_plate(scene, done, size=280)
-    for quality in (85, 75, 65):
+    for quality in (88, 80, 70, 60):
         _, data = cv2.imencode(
-            ".jpg", np.ascontiguousarray(plate[..., ::-1]), [cv2.IMWRITE_JPEG_QUALITY, quality]
+            ".jpg", np.ascontiguousarray(image[..., ::-1]), [cv2.IMWRITE_JPEG_QUALITY, quality]
         )
         if len(data) <= _JPEG_LIMIT:
             break
@@ -139,7 +187,7 @@ def main() -> None:
     parser.add_argument("--scenes", help="names with commas between; by default all")
     parser.add_argument("--frames", type=int, default=3, help="of each folder of frames")
     parser.add_argument("-k", type=int, help="in place of each scene's own K")
-    parser.add_argument("--methods", default=",".join(METHODS))
+    parser.add_argument("--methods", default=",".join(ROWS))
     parser.add_argument("--processes", type=int, default=2)
     given = parser.parse_args()
     if given.docs is not None:

@@ -15,7 +15,7 @@ from geohue import GeohueError, Scene, segment
 from geohue.merge.levels import Levels
 from geohue.merge.tree import MergeTree
 from geohue.read import read_color, read_levels
-from geohue.results.borders import border_map, draw_borders
+from geohue.results.borders import border_map, paint_borders
 from geohue.results.levels import write_levels
 from geohue.results.outputs import write_results
 
@@ -127,7 +127,7 @@ def test_borders_of_a_half_are_those_of_detail_auto(levels: Levels) -> None:
 def test_the_picture_by_hand() -> None:
     tree = MergeTree(3, np.array([[0, 1], [0, 2]]), np.array([0.0, 40.0]))
     levels = Levels(np.repeat(np.array([[0, 1, 2]], np.int32), 4, axis=1), tree)
-    drawn = draw_borders(np.full((1, 12, 3), 55, np.uint8), levels)[0]
+    drawn = paint_borders(np.full((1, 12, 3), 55, np.uint8), levels)[0]
     faded, ink = 0.75 * 255 + 0.25 * 55, np.array([120, 0, 60])
     np.testing.assert_array_equal(drawn[[0, 5, 11]], np.full((3, 3), round(faded)))
     np.testing.assert_allclose(drawn[3], (faded + ink) / 2, atol=0.51)  # even odds
@@ -141,7 +141,7 @@ def test_lines_are_wider_in_large_pictures() -> None:
     tree = MergeTree(2, np.array([[0, 1]]), np.array([9.0]))
     for height, width in ((900, 3), (300, 1)):
         wide = shapes[height]
-        drawn = draw_borders(np.full((*wide.shape, 3), 255, np.uint8), Levels(wide, tree))
+        drawn = paint_borders(np.full((*wide.shape, 3), 255, np.uint8), Levels(wide, tree))
         assert (drawn[5, :, 1] < 200).sum() == width
 
 
@@ -164,7 +164,7 @@ def test_real_levels_of_a_result(tmp_path: Path, three_boxes: Boxes) -> None:
     np.testing.assert_array_equal(again.at("fine"), segment(scene, detail="fine").labels)
     np.testing.assert_array_equal(again.with_segments(2), segment(scene, 2).labels)
     drawn = read_color(tmp_path / "borders.png")
-    np.testing.assert_array_equal(drawn, draw_borders(scene.colors, seg.levels))
+    np.testing.assert_array_equal(drawn, paint_borders(scene.colors, seg.levels))
     lean = write_results(tmp_path / "lean", scene, seg, lean=True)
     assert [f.name for f in lean] == ["labels.png", "result.json"]
 

@@ -39,6 +39,7 @@ _WEIGHT_WORDS: tuple[Literal["auto", "quality", "agreement", "consensus"], ...] 
 )
 
 _DETAIL_WORDS: tuple[Literal["coarse", "auto", "fine"], ...] = ("coarse", "auto", "fine")
+_MOST_STAGES = 8  # of one run, the reading included
 _ALONE = {"color": "colour alone", "geometry": "geometry alone"}
 
 
@@ -54,8 +55,8 @@ def stage_bar() -> Iterator[Any]:
         return
     columns = (TextColumn("{task.description:32}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("starting", total=len(STAGES))
-        done = iter(range(len(STAGES)))
+        task = progress.add_task("starting", total=_MOST_STAGES)
+        done = iter(range(_MOST_STAGES))
 
         def begin(stage: str) -> None:
             progress.update(task, description=STAGES.get(stage, stage), completed=next(done, 0))

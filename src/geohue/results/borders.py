@@ -12,7 +12,7 @@ _FADED = 0.75  # of the way to white, so that lines stand out from the scene
 _LINE = 300  # pixels of the shorter side for each pixel of a line's width
 
 
-def draw_borders(image: NDArray[np.uint8], levels: Levels) -> NDArray[np.uint8]:
+def paint_borders(image: NDArray[np.uint8], levels: Levels) -> NDArray[np.uint8]:
     """Draw the borders of the finest regions, each by the merge at which it vanishes.
 
     The score of a merge is a logarithm of odds (`geohue.merge.levels.threshold_of`), so a border

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from geohue.errors import GeohueError
 from geohue.read.extras import optional
 from geohue.results.atomic import atomic_write
-from geohue.results.borders import draw_borders
+from geohue.results.borders import paint_borders
 from geohue.results.curve import draw_weight_curve
 from geohue.results.levels import write_levels
 from geohue.results.picture import paint, picture
@@ -60,7 +60,7 @@ def write_results(
     list of Path
         ``labels.png`` for a grid (16 bit, 0 = no label, segments from 1) and ``labels.npy`` for
         a cloud (int32, -1 = no label), ``overlay.png``, ``segmented.ply`` if there is geometry,
-        ``levels.npz`` (`write_levels`) and, for a grid, ``borders.png`` (`draw_borders`) where
+        ``levels.npz`` (`write_levels`) and, for a grid, ``borders.png`` (`paint_borders`) where
         regions were merged, ``weight_curve.png`` where weights were tried, those of `formats` and,
         last, ``result.json``.
 
@@ -105,7 +105,7 @@ def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[Path]:
     if seg.levels is not None:
         if scene.is_grid:
             files.append(target / "borders.png")
-            write_png(files[-1], draw_borders(scene.colors, seg.levels))
+            write_png(files[-1], paint_borders(scene.colors, seg.levels))
         files.append(target / "levels.npz")
         write_levels(files[-1], seg.levels)
     if seg.weight_curve:
