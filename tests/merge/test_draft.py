@@ -135,6 +135,6 @@ class TestCloud:
         assert tree.scores[-1] == 1000
         assert (tree.scores[:-1] < 1000).all()
         near = Scene.from_cloud(
-            np.concatenate([points[:200], points[200:220] - 7]), scene.colors[:220]
+            np.concatenate([points[:200], points[200:208] - 7]), scene.colors[:208]
         )
         assert (merged(near)[1].scores < 1000).all()

@@ -56,8 +56,8 @@ def merge_draft(
     tree : MergeTree
         Their merges.
     """
-    evidence, blurred = _evidence(graph, features, cuts)
-    regions = _begin(evidence, blurred, least)
+    evidence, blurred = draft_evidence(graph, features, cuts)
+    regions = first_regions(evidence, blurred, least)
     tree = _tree(evidence, regions, features)
     return regions.reshape(graph.draft.shape), tree
 
@@ -78,7 +78,7 @@ def merge_limbs(graph: PairGraph, features: Features, limbs: Labels) -> MergeTre
     -------
     MergeTree
     """
-    tree = _tree(_evidence(graph, features, [])[0], limbs, features)
+    tree = _tree(draft_evidence(graph, features, [])[0], limbs, features)
     return replace(tree, scores=np.maximum(tree.scores, 0.0))
 
 
@@ -88,8 +88,23 @@ def _tree(evidence: Evidence, regions: Labels, features: Features) -> MergeTree:
     return MergeTree(int(regions.max(initial=-1)) + 1, merges, scores)
 
 
-def _begin(evidence: Evidence, lab: Floats, least: int) -> Labels:
-    """Fine regions, finer ones where more are asked for than a plain scene falls into."""
+def first_regions(evidence: Evidence, lab: Floats, least: int = 1) -> Labels:
+    """Split a draft into fine regions, finer ones where a plain scene falls into too few.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        Points and pairs of neighbours.
+    lab : (n, 3) float64
+        CIELab with the noise of single pixels blurred.
+    least : int
+        Fine regions there must be, if there are so many points.
+
+    Returns
+    -------
+    (n,) int32
+        Regions 0..R-1.
+    """
     n, k = len(lab), K
     regions = oversegment(evidence, lab, k, min(SMALLEST, max(1, n // FEWEST)))
     while int(regions.max(initial=-1)) + 1 < min(least, n) and k > 0:
@@ -109,10 +124,22 @@ def _share(features: Features, evidence: Evidence, regions: Labels) -> float:
     return color_share(evidence.lab, regions) if features.uses("color") else 0.0
 
 
-def _evidence(
+def draft_evidence(
     graph: PairGraph, features: Features, cuts: Sequence[Labels]
 ) -> tuple[Evidence, Floats]:
-    """Gather what the merging goes by, and the colours that regions are begun with."""
+    """Gather what the merging goes by, and the colours that regions are begun with.
+
+    Parameters
+    ----------
+    graph, features, cuts
+        As in `merge_draft`.
+
+    Returns
+    -------
+    evidence : Evidence
+    lab : (n, 3) float64
+        CIELab with the noise of single pixels blurred; zeros where colour takes no part.
+    """
     draft = graph.draft
     one, other, far = graph.close_pairs(FAR, SMALLEST)
     lab = lab_of(draft.colors).astype(np.float64)

@@ -41,28 +41,28 @@ FUSION = {
 """For colour and geometry together."""
 
 GEOMETRY = {
-    "offset": 0.53,
-    "depth_step": 0.31,
-    "convexity": 1.74,
-    "one_plane": 0.91,
-    "whole_votes": 4.34,
-    "length": -0.39,
-    "gap": 0.53,
-    "bias": -4.66,
+    "offset": 0.530,
+    "depth_step": 0.310,
+    "convexity": 1.740,
+    "one_plane": 0.910,
+    "whole_votes": 4.340,
+    "length": -0.390,
+    "gap": 0.530,
+    "bias": -4.660,
 }
 """For geometry alone: what the other cues would say of a constant colour is no information."""
 
 COLOR = {
-    "color_step": 0.729,
-    "texture": 1.711,
-    "whole_votes": 2.137,
-    "length": -0.467,
-    "contrast": 0.401,
-    "straightness": 0.235,
-    "perimeter": 0.241,
-    "smaller": 0.278,
-    "larger": 0.233,
-    "bias": -3.0,
+    "color_step": 1.221,
+    "texture": 2.310,
+    "whole_votes": 2.007,
+    "length": -0.489,
+    "contrast": 0.293,
+    "straightness": -0.423,
+    "perimeter": -0.089,
+    "smaller": 0.336,
+    "larger": 0.369,
+    "bias": -2.793,
 }
 """For colour alone."""
 

@@ -47,14 +47,14 @@ def merge_scene(
     -------
     Outcome
     """
-    prepared = _placed(prepared)
+    prepared = placed(prepared)
     settings, features = prepared.settings, prepared.draft_features
     cues, smallest = cues_of(features), settings.consensus.smallest
     graph = PairGraph.of(prepared.draft, settings.min_region, smallest, cues == "color")
     with clock.stage("limbs"):
         limbs = _limbs(graph, k)
     with clock.stage("cuts"):
-        weights, maps = ([], []) if limbs is not None else _votes(prepared, graph)
+        weights, maps = ([], []) if limbs is not None else cut_votes(prepared, graph)
     with clock.stage("merge"):
         if limbs is None:
             regions, tree = merge_draft(graph, features, maps, k or 1)
@@ -84,14 +84,14 @@ def _shown(regions: Labels, tree: MergeTree) -> tuple[Labels, MergeTree]:
     return name[regions], tree.among(kept)
 
 
-def _placed(prepared: PreparedScene) -> PreparedScene:
+def placed(prepared: PreparedScene) -> PreparedScene:
     """Leave points without a position out of the draft of a cloud, which has nothing else."""
     scene, positions = prepared.scene, prepared.positions
     if scene.is_grid or scene.valid[positions].all():
         return prepared
     positions = positions[scene.valid[positions]]
     if len(positions) == 0:
-        raise GeohueError("no point of the cloud has a position: check the file")
+        raise GeohueError("no point has a position: check the cloud")
     return prepared.at(positions)
 
 
@@ -107,8 +107,21 @@ def _limbs(graph: PairGraph, k: int | None) -> Labels | None:
     return limbs if limbs is not None and (k is None or k <= limbs.max() + 1) else None
 
 
-def _votes(prepared: PreparedScene, graph: PairGraph) -> tuple[list[float], list[Labels]]:
-    """The segmentations that vote, and the weight of each."""
+def cut_votes(prepared: PreparedScene, graph: PairGraph) -> tuple[list[float], list[Labels]]:
+    """Return the weight of each segmentation that votes, and the segmentations themselves.
+
+    Parameters
+    ----------
+    prepared : PreparedScene
+        The scene; its settings of the merging say who votes.
+    graph : PairGraph
+        The points of its draft and their neighbours.
+
+    Returns
+    -------
+    weights : list of float
+    maps : list of int32 arrays, shape of the draft
+    """
     settings, features, team = prepared.settings.merge, prepared.draft_features, prepared.workers
     counts = settings.cut_into(features.cues)
     cutter = Cutter(prepared, max(counts))
