@@ -71,7 +71,7 @@ class TestSegment:
         printed = json.loads(capsys.readouterr().out)
         assert printed == json.loads((out / "result.json").read_text())
         assert set(printed) >= CONTRACT_KEYS
-        assert printed["k"] == 3
+        assert (printed["k"], printed["preset"], printed["detail"]) == (3, "best", None)
         assert printed["n_labelled"] == printed["n_points"] == 60 * 90
         assert {"features", "cuts", "merge", "fill", "total"} <= set(printed["timings_s"])
         labels = cv2.imread(str(out / "labels.png"), cv2.IMREAD_UNCHANGED)

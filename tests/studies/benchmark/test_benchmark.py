@@ -222,6 +222,7 @@ def test_plan_pairs_methods_with_their_cues() -> None:
     ]
     with pytest.raises(GeohueError, match="no method works on these cues"):
         plan(["edison"], ["fusion"])
+    assert [trial.name for trial in plan()] == ["nncsc-fusion-best"]  # as `geohue.segment` does
     with pytest.raises(GeohueError, match="choose among nncsc, kmeans"):
         plan(["cmeans"])
 
