@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from scipy.ndimage import gaussian_filter
 from geohue import Scene
 from geohue.features import extract_features, lab_of
 from geohue.merge.draft import merge_draft
+from geohue.merge.evidence import Evidence, gather
 from geohue.merge.oversegment import oversegment
 from geohue.merge.score import Cues
 from geohue.merge.tree import MergeTree
@@ -103,6 +105,21 @@ class TestGrid:
         expected = oversegment(plain, lab, 20.0, smallest)
         assert np.array_equal(merged(scene)[0].ravel(), expected)
 
+    def test_steps_of_pixels_in_gaps_are_those_of_the_nearest(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        steps: list[NDArray[np.float64]] = []
+
+        def spy(*arguments: Any) -> Evidence:
+            steps.append(arguments[7])
+            return gather(*arguments)
+
+        monkeypatch.setattr("geohue.merge.draft.gather", spy)
+        depth = np.array([[9.0, 1, np.nan, np.nan, np.nan, 1, 4]])
+        scene = Scene.from_rgbd(np.zeros((1, 7, 3), np.uint8), depth)
+        merged(scene)
+        assert (steps[0] > 0).tolist() == [True, False, False, True, False, True]
+
 
 class TestLeast:
     @pytest.mark.parametrize("least", [2, 9, 60, 200])
@@ -138,3 +155,16 @@ class TestCloud:
             np.concatenate([points[:200], points[200:208] - 7]), scene.colors[:208]
         )
         assert (merged(near)[1].scores < 1000).all()
+
+    @pytest.mark.parametrize(("gap", "apart"), [(3.8, False), (4.2, True), (5.5, True)])
+    def test_pieces_within_four_medians_may_be_one_thing(self, gap: float, apart: bool) -> None:
+        y, x = np.mgrid[:9, :9].reshape(2, -1).astype(float)
+        sheet = np.stack([x, y, 0 * x], axis=1)
+        points = np.concatenate([sheet, sheet + np.array([0, 0, gap])])
+        graph = PairGraph.of(Scene.from_cloud(points, np.zeros((162, 3), np.uint8)), 0.0)
+        away = graph.draft.points[graph.one] - graph.draft.points[graph.other]
+        assert np.median(np.linalg.norm(away, axis=1)[: graph.n_beside]) == 1
+        assert graph.n_beside < len(graph.one)
+        colors = np.repeat([[200, 30, 30], [30, 200, 30]], 81, axis=0).astype(np.uint8)
+        _, tree = merged(Scene.from_cloud(points, colors))
+        assert (tree.scores[-1] == 1000) == apart

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from geohue.merge.evidence import Evidence
 from geohue.merge.greedy import APART, Queue, linked, merge_all, place, remove
-from geohue.merge.table import tabulate
+from geohue.merge.table import INNER_PAIRS, PERIMETER, tabulate
 from merge.tables import random_evidence
 from twins import merge as twin
 
@@ -52,6 +52,24 @@ def test_scores_to_nine_digits() -> None:
         expected, expected_scores = twin.merge(evidence, labels, weights)
         assert found == expected
         np.testing.assert_allclose(scores, expected_scores, atol=1e-9)
+
+
+@given(st.integers(0, 2**20), st.integers(1, 3))
+@settings(deadline=None, max_examples=30)
+def test_many_regions_become_one(seed: int, pieces: int) -> None:
+    """Each merge is of two regions that are still there, until nothing is left to merge."""
+    evidence, labels = random_evidence(seed, 40, 1, pieces)
+    table = tabulate(evidence, labels)
+    total, votes = table.region[:, :28].sum(axis=0), table.votes.sum(axis=0)
+    found, _ = merged(evidence, labels, np.random.default_rng(seed).normal(size=16))
+    assert len(found) == 39 or pieces > 1
+    merges, _ = merge_all(table, np.zeros(16))
+    if len(merges) == 39:
+        last = merges[-1, 0]
+        np.testing.assert_allclose(table.region[last, :24], total[:24], atol=1e-9)
+        np.testing.assert_allclose(table.votes[last], votes)
+        assert table.region[last, PERIMETER] == 0
+        assert table.region[last, INNER_PAIRS] == len(evidence.one)
 
 
 class TestDistant:

@@ -121,6 +121,17 @@ class TestCloud:
         radial = (normals[:, :2] * points[:, :2]).sum(axis=1)
         assert (np.sign(radial) == np.sign(radial[0])).all()
 
+    def test_box(self) -> None:
+        """Signs go around the edges, where normals turn little by little, not through them."""
+        rng = np.random.default_rng(5)
+        points = rng.uniform(-1, 1, (2400, 3))
+        side = np.arange(2400) % 6
+        points[np.arange(2400), side // 2] = np.where(side % 2, 1.0, -1.0)
+        points[:, 2] *= 0.15
+        inward = -np.sign(points) * np.eye(3)[side // 2]
+        right = (cloud_normals(points) * inward).sum(axis=1) > 0
+        assert right.mean() > 0.97
+
     @given(st.integers(0, 2**20), st.floats(1e-3, 1e3))
     @law
     def test_turn_with_the_points(self, seed: int, scale: float) -> None:

@@ -41,6 +41,10 @@ class TestConstants:
     def test_colour_alone(self, share: float) -> None:
         assert np.array_equal(constants(share, "color"), weights_of(COLOR))
 
+    def test_all_cues_speak_against_merging_but_the_length_of_the_border(self) -> None:
+        for table in (FUSION, GEOMETRY, COLOR):
+            assert {name for name, weight in table.items() if weight < 0} == {"length", "bias"}
+
     def test_no_cue_of_form_in_colour_and_none_of_colour_in_geometry(self) -> None:
         form = {"offset", "depth_step", "convexity", "one_plane", "gap", "region_convexity"}
         assert not form & set(COLOR)

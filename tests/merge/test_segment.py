@@ -179,6 +179,12 @@ class TestCounts:
                 assert len(np.unique(pairs, axis=1).T) == k
             before = result.labels
 
+    def test_more_segments_than_regions_to_begin_with(self) -> None:
+        plain = segment(room(0), preset="fast")
+        assert plain.levels is not None
+        assert len(plain.levels) < 200
+        assert segment(room(0), 200, preset="fast").k == 200
+
     def test_what_lies_in_a_gap_is_no_segment_of_its_own(self) -> None:
         """A patch without depth, of the clearest colour, takes none of the k segments."""
         rgb = np.full((40, 60, 3), 90, np.uint8)
