@@ -3,8 +3,8 @@
 score = w . cues + bias, with the cues of `geohue.merge.cues`. Below 0 the two regions belong
 together. The constants are a logistic regression of the question whether merging a pair lowers the
 variation of information, by the method of ``benchmarks/merge_fit.py`` on 120 frames of NYU Depth V2
-and 22 of mOSD (the fit part of ``benchmarks/splits.json``). Those of `GEOMETRY` were fitted on other
-frames of the same two sets. They transfer between data sets (docs/merging.md), and a user has
+and 22 of mOSD (the fit part of ``benchmarks/splits.json``). Those of `GEOMETRY` were fitted on
+other frames of these two sets. They transfer between data sets (docs/merging.md), and a user has
 nothing to fit.
 """
 
