@@ -42,8 +42,10 @@ class TestConstants:
         assert np.array_equal(constants(share, "color"), weights_of(COLOR))
 
     def test_all_cues_speak_against_merging_but_the_length_of_the_border(self) -> None:
-        for table in (FUSION, GEOMETRY, COLOR):
+        for table in (FUSION, GEOMETRY):
             assert {name for name, weight in table.items() if weight < 0} == {"length", "bias"}
+        against = {name for name, weight in COLOR.items() if weight > 0}
+        assert against == {"color_step", "texture", "whole_votes", "contrast", "smaller", "larger"}
 
     def test_no_cue_of_form_in_colour_and_none_of_colour_in_geometry(self) -> None:
         form = {"offset", "depth_step", "convexity", "one_plane", "gap", "region_convexity"}
