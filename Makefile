@@ -6,7 +6,7 @@ BIN = $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 LOCKED ?=
 PIP = $(BIN)/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: demo test lint types docs dist extras check clean
+.PHONY: demo test lint types docs dist extras mutants check clean
 
 demo: $(VENV)/.installed  ## Segment the built-in motorcycle scene, as by default and as the paper
 	$(BIN)/geohue segment --sample motorcycle -o out/motorcycle/best
@@ -34,6 +34,9 @@ dist: $(VENV)/.installed-dev  ## Build wheel and sdist, check them, and try the 
 
 extras: $(VENV)/.installed-dev  ## Each extra alone, all together, oldest and newest versions
 	$(BIN)/python -m nox --non-interactive
+
+mutants: $(VENV)/.installed-dev  ## Small faults put into the core: how many do the tests notice?
+	$(BIN)/python -m benchmarks.mutants
 
 check: lint types test
 
