@@ -6,7 +6,7 @@ BIN = $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 LOCKED ?=
 PIP = $(BIN)/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: demo test lint types docs dist extras mutants check clean
+.PHONY: demo test lint types docs dist extras fuzz mutants check clean
 
 demo: $(VENV)/.installed  ## Segment the built-in motorcycle scene, as by default and as the paper
 	$(BIN)/geohue segment --sample motorcycle -o out/motorcycle/best
@@ -34,6 +34,10 @@ dist: $(VENV)/.installed-dev  ## Build wheel and sdist, check them, and try the 
 
 extras: $(VENV)/.installed-dev  ## Each extra alone, all together, oldest and newest versions
 	$(BIN)/python -m nox --non-interactive
+
+CASES ?= 4000
+fuzz: $(VENV)/.installed-dev  ## Damaged files, strange scenes and odd arguments, CASES of each kind
+	GEOHUE_FUZZ_CASES=$(CASES) $(BIN)/python -m pytest -q $(wildcard tests/*/test_fuzz_*.py)
 
 mutants: $(VENV)/.installed-dev  ## Small faults put into the core: how many do the tests notice?
 	$(BIN)/python -m benchmarks.mutants

@@ -25,14 +25,16 @@ FEATURES = {
     "distributed": ["tests/jobs"],
 }
 EXTRAS = sorted(set(PROJECT["optional-dependencies"]) - {"dev", "docs"})
-CORE = ["tests/cli/test_cli.py", "tests/segmentation", "tests/merge", "README.md"]
+CORE = ["tests/cli/test_cli.py", "tests/segmentation", "tests/merge/test_segment.py", "README.md"]
 
 
 def check(session: nox.Session, install: str, tests: list[str], *resolution: str) -> None:
     """Install the project, import every file of it, and run some tests."""
     session.install("-e", install, *TESTING, *resolution)
     session.run("python", "tests/import_all.py")
-    session.run("python", "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests)
+    # The oldest libraries use what newer ones call deprecated; that is theirs.
+    quiet = ("-W", "ignore::DeprecationWarning") if resolution else ()
+    session.run("python", "-m", "pytest", "-q", "-p", "no:cacheprovider", *quiet, *tests)
 
 
 @nox.session
