@@ -88,6 +88,10 @@ SETTINGS = st.fixed_dictionaries(
 )
 
 
+def is_one_line(error: GeohueError) -> bool:
+    return len(str(error)) > 10 and "\n" not in str(error)
+
+
 def survives(draw: st.DataObject, scenes: st.SearchStrategy[Scene]) -> None:
     try:
         with warnings.catch_warnings():
@@ -95,8 +99,8 @@ def survives(draw: st.DataObject, scenes: st.SearchStrategy[Scene]) -> None:
             scene = draw.draw(scenes)
             seg = segment(scene, **draw.draw(SETTINGS))
     except GeohueError as error:
-        assert len(str(error)) > 10
-        assert "\n" not in str(error)
+        if not is_one_line(error):
+            raise
         return
     assert seg.labels.shape == scene.shape
     assert seg.labels.dtype == np.int32
