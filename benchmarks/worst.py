@@ -71,14 +71,11 @@ def main() -> None:
         rows = measured(given.data, folder, given.part)
         middle = float(np.median([row.information.total for row in rows]))
         print(f"{folder}: {len(rows)} frames, median {middle:.3f} bits")
-        for i in order[: given.count]:
-            total, over, under = rows[i].information
-            print(
-                f"  frame {i}: {total:.2f} bits ({over:.2f} too many, {under:.2f} too few), ",
-                end="",
-            )
-            print(f"{rows[i].found} segments, true {rows[i].true}")
-        drawn = np.vstack([rows[i].picture for i in order[: given.count]])
+        for row in rows[: given.count]:
+            total, over, under = row.information
+            print(f"  {row.name}: {total:.2f} bits, too many {over:.2f}, too few {under:.2f};")
+            print(f"      {row.found} segments, true {row.true}")
+        drawn = np.vstack([row.picture for row in rows[: given.count]])
         cv2.imwrite(str(given.output / f"{folder}.png"), drawn[..., ::-1])
 
 

@@ -74,7 +74,7 @@ def clouds(draw: st.DrawFn) -> Scene:
     return Scene.from_cloud(points, draw(colors((n,))))
 
 
-SETTINGS = st.fixed_dictionaries(
+SETTINGS: st.SearchStrategy[dict[str, Any]] = st.fixed_dictionaries(
     {},
     optional={
         "k": st.sampled_from(["auto", 1, 2, 3, 7, 255]),
