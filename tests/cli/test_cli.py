@@ -156,7 +156,7 @@ class TestSegment:
         tmp_path: Path,
         capsys: pytest.CaptureFixture[str],
     ) -> None:
-        assert run(["segment", *frame, *options, "-o", str(tmp_path)]) == 0
+        assert run(["segment", *frame, *options, "-o", str(tmp_path / "out")]) == 0
         assert capsys.readouterr().out.startswith(says)
 
     def test_in_pieces_there_is_no_detail(

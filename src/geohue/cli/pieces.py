@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from geohue.cli.console import print_json, told, warn
+from geohue.cli.console import print_json, warn
 from geohue.cli.jobs import check_place
 from geohue.errors import GeohueError
+from geohue.segmentation.words import told
 
 if TYPE_CHECKING:
     from geohue.large.stages import Progress

@@ -11,13 +11,14 @@ from geohue.cli import options
 from geohue.cli.console import (
     print_json,
     read_detail,
+    read_json,
     read_weight,
     stage_bar,
-    told,
     warn,
     whole_or_auto,
 )
 from geohue.cli.pieces import segment_pieces, too_large
+from geohue.segmentation.words import told
 from geohue.settings import PAPER_METHOD
 
 
@@ -147,9 +148,9 @@ def segment(
         files = [] if folder is None else write_results(folder, scene, seg, formats or ())
     warn(seg.warnings)
     if as_json:
-        print_json(seg.summary())
+        print_json(seg.summary() if folder is None else read_json(folder / "result.json"))
     else:
-        found = told(seg.k, seg.weight, method, cues, merged=seg.levels is not None)
+        found = told(seg.k, seg.weight, method, cues, merged=seg.merged)
         typer.echo(f"{found}, {seg.timings['total']:.2f} s")
     if files:
         names = ", ".join(file.name for file in files)

@@ -148,6 +148,9 @@ def segment(
         tuple(notes),
         found.levels,
         detail if merges and k == "auto" else None,
+        scene,
+        found.border_votes(labels, prepared.positions),
+        merges,
     )
 
 
@@ -173,4 +176,5 @@ def _cut(
         labels = spread(agreed.labels, prepared) if agreed else splitter.labels(lam, n)
     with clock.stage("refine"):  # Sec. III: small regions, on grids
         labels = chooser.tidied(labels, prepared.scene)
-    return Outcome(labels, lam, curve, n if splitter.uses_k and not agreed else None)
+    wanted = n if splitter.uses_k and not agreed else None
+    return Outcome(labels, lam, curve, wanted, consensus=agreed)
