@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
+from geohue.cli.words import of_options
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.merge.levels import Detail
-    from geohue.segmentation.choice import Weight
+    from geohue.segmentation.arguments import Weight
 
 STAGES = {
     "features": "reading colour and geometry",
@@ -67,7 +68,7 @@ def stage_bar() -> Iterator[Any]:
 def warn(messages: Iterable[str]) -> None:
     """Print warnings, a line each."""
     for message in messages:
-        typer.echo(f"geohue: warning: {' '.join(message.split())}", err=True)
+        typer.echo(f"geohue: warning: {' '.join(of_options(message).split())}", err=True)
 
 
 def read_camera(file: str | None) -> Intrinsics | None:

@@ -27,9 +27,10 @@ from geohue.read.clouds.chunks import open_chunks
 from geohue.read.files import broken, read_bytes
 from geohue.results.folder import IN_PIECES, check_result_folder
 from geohue.results.numbering import numbering
-from geohue.segmentation.choice import Weight, check_arguments, shortfalls
+from geohue.segmentation.arguments import SegmentArguments, Weight
+from geohue.segmentation.choice import shortfalls
 from geohue.segmentation.result import StageClock
-from geohue.settings import PAPER_METHOD, Preset, preset_named
+from geohue.settings import Preset, preset_named
 
 
 def segment_file(
@@ -46,6 +47,7 @@ def segment_file(
     scheduler: str | None = None,
     resume: bool = False,
     formats: Sequence[str] = (),
+    lean: bool = False,
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> FileSegmentation:
@@ -80,6 +82,8 @@ def segment_file(
     formats : sequence of str
         More files: ``"ply"``, ``"las"`` or ``"laz"`` for ``segmented.ply`` and so on. LAS and LAZ
         of a LAS or LAZ file keep all that is in it.
+    lean : bool
+        Leave out the pictures.
     overwrite : bool
         Whether to write into a folder that has other files than an earlier result.
     progress : callable, optional
@@ -129,7 +133,8 @@ def segment_file(
         name = preset if isinstance(preset, str) else "custom"
         result = _result(folder, source, question, name, fitted, decision, counts, clock)
         others = state.fresh_folder()
-        draw(others, state.sample(), fitted, result)
+        if not lean:
+            draw(others, state.sample(), fitted, result)
         labels = next(iter(targets))
         labels = part_of(labels) if part_of(labels).exists() else labels
         write_las_files(others, source, labels, formats)
@@ -145,7 +150,7 @@ RESULT = "result.json"
 
 
 def _check(question: Question, processes: int | None) -> None:
-    check_arguments(question.k, question.weight, question.seed, PAPER_METHOD)
+    SegmentArguments(k=question.k, weight=question.weight, seed=question.seed)  # checks them
     if question.weight in ("consensus", "merge"):
         raise GeohueError(
             f'weight="{question.weight}" needs the whole cloud in memory, and this one goes '
