@@ -169,24 +169,26 @@ def _rows(
 
 def _carry_extended(file: BinaryIO, output: BinaryIO, head: LasHead, header: bytearray) -> None:
     """Copy the records behind the points, and say in the header where they are now."""
-    moved = dict[int, int]()
-    for position, size in _extended(file, head, header):
+    moved, counted = dict[int, int](), list[int]()
+    for position, size, counts in _extended(file, head, header):
         moved[position] = output.seek(0, 2)
+        counted += [moved[position]] if counts else []
         file.seek(position)
         for done in range(0, size, _COPY):
             output.write(file.read(min(_COPY, size - done)))
     minor = header[25]
     if minor >= 4:
-        (first,) = struct.unpack_from("<Q", header, _EXTENDED)
-        kept = [new for old, new in moved.items() if old >= first > 0]
-        struct.pack_into("<QI", header, _EXTENDED, min(kept, default=0), len(kept))
+        struct.pack_into("<QI", header, _EXTENDED, min(counted, default=0), len(counted))
     if minor >= 3:
         (waves,) = struct.unpack_from("<Q", header, _WAVEFORMS)
         struct.pack_into("<Q", header, _WAVEFORMS, moved.get(waves, waves))
 
 
-def _extended(file: BinaryIO, head: LasHead, header: bytearray) -> Iterator[tuple[int, int]]:
-    """Yield place and size of each record behind the points, those of COPC left out."""
+def _extended(file: BinaryIO, head: LasHead, header: bytearray) -> Iterator[tuple[int, int, bool]]:
+    """Yield place and size of each record behind the points, and whether the header counts it.
+
+    Those of COPC are left out.
+    """
     places = list[int]()
     if header[25] >= 4:
         position, count = struct.unpack_from("<QI", header, _EXTENDED)
@@ -194,14 +196,13 @@ def _extended(file: BinaryIO, head: LasHead, header: bytearray) -> Iterator[tupl
             user, size = _extended_head(file, position)
             places.append(position)
             if not is_copc(user):
-                yield position, size
+                yield position, size, True
             position += size
     (encoding,) = struct.unpack_from("<H", header, 6)
     if header[25] >= 3 and encoding & _INSIDE:
         (waves,) = struct.unpack_from("<Q", header, _WAVEFORMS)
         if waves not in places and head.start < waves <= head.length - _EXTENDED_HEAD:
-            size = _extended_head(file, waves)[1]
-            yield waves, min(size, head.length - waves)
+            yield waves, head.length - waves, False
 
 
 def _extended_head(file: BinaryIO, position: int) -> tuple[bytes, int]:
