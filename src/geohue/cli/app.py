@@ -14,6 +14,7 @@ from geohue.cli.calibrate import calibrate
 from geohue.cli.compare import compare
 from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
+from geohue.cli.names import Command, Group, warnings_as_lines
 from geohue.cli.register import register
 from geohue.cli.segment import segment
 from geohue.cli.warm import warm
@@ -21,6 +22,7 @@ from geohue.compute.first_run import on_compile
 from geohue.errors import GeohueError
 
 app = typer.Typer(
+    cls=Group,
     help="Split scenes into their parts from colour and geometry together.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -28,7 +30,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
-    app.command()(command)
+    app.command(cls=Command)(command)
 
 
 def _show_version(wanted: bool) -> None:
@@ -57,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status."""
     try:
-        with on_compile(_tell_of_compiling):
+        with warnings_as_lines(), on_compile(_tell_of_compiling):
             status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
         return _fail(str(error))
