@@ -37,8 +37,8 @@ def of_options(message: str) -> str:
 
     Examples
     --------
-    >>> of_options('k is 0: expected "auto" or a whole number from 1 to 255')
-    '-k 0: expected "auto" or a whole number from 1 to 255'
+    >>> of_options('k is 0: expected "auto" or a whole number from 1 to 1000000')
+    '-k 0: expected "auto" or a whole number from 1 to 1000000'
     >>> of_options('weight="consensus" needs the cloud in memory: choose weight="agreement"')
     '--lambda consensus needs the cloud in memory: choose --lambda agreement'
     >>> of_options("method 'svm': choose one of nncsc, kmeans")

@@ -1,0 +1,65 @@
+"""What ``--help`` of each command shows before its options: two examples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import cleandoc
+from typing import Any
+
+EXAMPLES = {
+    "segment": (
+        "geohue segment rgb.png depth.png --intrinsics camera.json -o out",
+        "geohue segment scan.ply --detail fine -o out",
+    ),
+    "batch": (
+        "geohue batch frames/ -o out",
+        "geohue batch frames/ -o out --lean --processes 4 --resume",
+    ),
+    "compare": (
+        "geohue compare rgb.png depth.png -k 5 -o plates",
+        "geohue compare --sample boxes --methods best,kmeans",
+    ),
+    "register": (
+        "geohue register rgb.png depth.png --calib rig.yml -o registered",
+        "geohue register rgb.png depth.png --calib rig.yml --refine -o out",
+    ),
+    "calibrate": (
+        "geohue calibrate left*.jpg right*.jpg --pattern 9x6 -o stereo",
+        "geohue calibrate ir*.png rgb*.png --rig --square 0.025 -o rig",
+    ),
+    "evaluate": (
+        "geohue evaluate out/labels.png truth.png",
+        "geohue evaluate results/ truth/ --objects --json",
+    ),
+    "benchmark": (
+        "geohue benchmark frames/ -o out --methods nncsc,kmeans",
+        "geohue benchmark nyu/ -o out --protocol nyu --limit 20",
+    ),
+    "info": (
+        "geohue info rgb.png depth.png --intrinsics camera.json",
+        "geohue info scan.laz --json",
+    ),
+    "warm": (
+        "geohue warm",
+        "NUMBA_CACHE_DIR=/cache geohue warm",
+    ),
+}
+"""Lines short enough for a terminal of 80 columns."""
+
+
+def help_of(command: Callable[..., Any]) -> str:
+    """Return the help of a command: what it does, two examples, and the rest of its docstring.
+
+    Examples
+    --------
+    >>> def warm() -> None:
+    ...     \"\"\"Compile every loop.\"\"\"
+    >>> help_of(warm).splitlines()[2:5]
+    ['\\x08', 'Examples:', '  geohue warm']
+    """
+    text = cleandoc(command.__doc__ or "")
+    first, _, rest = text.partition("\n\n")
+    lines = EXAMPLES.get(command.__name__, ())
+    shown = "\n".join(f"  {line}" for line in lines)
+    parts = [first, f"\b\nExamples:\n{shown}" if lines else "", rest]
+    return "\n\n".join(part for part in parts if part)
