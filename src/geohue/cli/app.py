@@ -14,7 +14,7 @@ from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
 from geohue.cli.compare import compare
 from geohue.cli.evaluate import evaluate
-from geohue.cli.examples import help_of
+from geohue.cli.examples import Command, help_of
 from geohue.cli.info import info
 from geohue.cli.register import register
 from geohue.cli.segment import segment
@@ -30,7 +30,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
-    app.command(help=help_of(command))(command)
+    app.command(cls=Command, help=help_of(command))(command)
 
 
 def _show_version(wanted: bool) -> None:

@@ -42,7 +42,9 @@ def benchmark(
     ] = None,
     crop: Annotated[
         str | None,
-        typer.Option(metavar="TOP,BOTTOM,LEFT,RIGHT", help="Use this part of each frame."),
+        typer.Option(
+            metavar="T,B,L,R", help="Use this part of each frame: top, bottom, left, right."
+        ),
     ] = None,
     jobs: JobOptions,
     plots: Annotated[bool, typer.Option(help="Draw plots and pictures.")] = True,

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from inspect import cleandoc
 from typing import Any
 
+from typer.core import TyperCommand
+
 EXAMPLES = {
     "segment": (
         "geohue segment rgb.png depth.png --intrinsics camera.json -o out",
@@ -47,19 +49,45 @@ EXAMPLES = {
 """Lines short enough for a terminal of 80 columns."""
 
 
+_VALUES = {"path": "FILE", "int": "N", "float": "NUMBER"}
+"""What an option takes, by its type."""
+
+
+class Command(TyperCommand):
+    """A command whose help opens with its examples and names what each option takes."""
+
+    def __init__(self, *args: Any, **more: Any) -> None:
+        super().__init__(*args, **more)
+        for param in self.params:
+            _name_value(param)
+
+
 def help_of(command: Callable[..., Any]) -> str:
     """Return the help of a command: what it does, two examples, and the rest of its docstring.
+
+    Paragraphs are single lines, which the terminal breaks as wide as it is.
 
     Examples
     --------
     >>> def warm() -> None:
-    ...     \"\"\"Compile every loop.\"\"\"
-    >>> help_of(warm).splitlines()[2:5]
-    ['\\x08', 'Examples:', '  geohue warm']
+    ...     "Compile every loop."
+    >>> help_of(warm).splitlines()[2:5] == [chr(8), "Examples:", "  geohue warm"]
+    True
     """
     text = cleandoc(command.__doc__ or "")
-    first, _, rest = text.partition("\n\n")
+    first, *rest = (" ".join(part.split()) for part in text.split("\n\n"))
     lines = EXAMPLES.get(command.__name__, ())
     shown = "\n".join(f"  {line}" for line in lines)
-    parts = [first, f"\b\nExamples:\n{shown}" if lines else "", rest]
+    parts = [first, f"\b\nExamples:\n{shown}" if lines else "", *rest]
     return "\n\n".join(part for part in parts if part)
+
+
+def _name_value(param: Any) -> None:
+    """Say what a parameter takes, where its declaration leaves that to the name of a type."""
+    if param.metavar is None:
+        known = getattr(param, "type_descriptor", None)  # of later versions of typer
+        kind = str(getattr(param, "type", "") if known is None else known.annotation)
+        taken = next((name for part, name in _VALUES.items() if part in kind.lower()), "NAME")
+        param.metavar = " " if getattr(param, "is_flag", False) else taken
+    elif param.param_type_name == "argument" and not param.required:
+        param.metavar = param.metavar.removeprefix("[").removesuffix("]")  # brackets are added
