@@ -36,6 +36,7 @@ def test_no_word_is_broken(name: str, width: int, monkeypatch: pytest.MonkeyPatc
     assert max(map(len, text.splitlines())) <= width
     # Only words: frames and the gaps of columns are no part of them.
     seen = set(re.sub(r"[│╭╮╰╯─]", " ", text).split())
+    seen |= {name for word in seen for name in word.split(",")}  # --format,--formats
     command = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
     for param in command.params:
         words = {*(param.metavar or "").split(), *(param.help or "").split()}

@@ -26,7 +26,8 @@ def benchmark(
     ],
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Where results go.")],
     methods: Annotated[
-        str, typer.Option(help="Methods, with commas between; all for every one.")
+        str,
+        typer.Option("--methods", "--method", metavar="A,B,..", help="Methods; all for every one."),
     ] = PAPER_METHOD,
     cues: Annotated[str, typer.Option(help="fusion, color, geometry, or all.")] = "fusion",
     presets: Annotated[

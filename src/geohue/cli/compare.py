@@ -27,7 +27,12 @@ def compare(
     given: options.SceneOptions,
     methods: Annotated[
         str,
-        typer.Option(metavar="A,B,..", help="The rows: best, fast, methods; or all (but fast)."),
+        typer.Option(
+            "--methods",
+            "--method",
+            metavar="A,B,..",
+            help="The rows: best, fast, methods; or all (but fast).",
+        ),
     ] = "all",
     cues: Annotated[
         str, typer.Option(metavar="A,B,..", help="The columns: fusion, color, geometry, or all.")

@@ -182,9 +182,9 @@ Formats = Annotated[
     list[str] | None,
     typer.Option(
         "--format",
-        metavar="NAME",
-        help="Write this too: ply, pcd, las, laz, coco or segments (in pieces: ply, las, laz). "
-        "Repeatable.",
+        "--formats",
+        metavar="A,B,..",
+        help="Write these too: ply, pcd, las, laz, coco, segments (in pieces: ply, las, laz).",
     ),
 ]
 Lean = Annotated[
@@ -203,6 +203,17 @@ Overwrite = Annotated[
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]
+
+
+def names_of(given: list[str] | None) -> tuple[str, ...]:
+    """Return the names of an option that takes several, with commas between or given again.
+
+    Examples
+    --------
+    >>> names_of(["las,ply", "coco"])
+    ('las', 'ply', 'coco')
+    """
+    return tuple(name for text in given or () for part in text.split(",") if (name := part.strip()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
