@@ -14,8 +14,9 @@ from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
 from geohue.cli.compare import compare
 from geohue.cli.evaluate import evaluate
-from geohue.cli.examples import Command, help_of
+from geohue.cli.examples import help_of
 from geohue.cli.info import info
+from geohue.cli.names import Command, Group, warnings_as_lines
 from geohue.cli.register import register
 from geohue.cli.segment import segment
 from geohue.cli.warm import warm
@@ -24,6 +25,7 @@ from geohue.compute.first_run import on_compile
 from geohue.errors import GeohueError
 
 app = typer.Typer(
+    cls=Group,
     help="Split scenes into their parts from colour and geometry together.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -60,7 +62,7 @@ def run(arguments: Sequence[str] | None = None, began: float | None = None) -> i
     """Run the command line and return the exit status; `began` is as of `clock.begin`."""
     clock.begin(began)
     try:
-        with on_compile(_tell_of_compiling):
+        with warnings_as_lines(), on_compile(_tell_of_compiling):
             status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
         return _fail(of_options(str(error)))

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from inspect import cleandoc
 from typing import Any
 
-from typer.core import TyperCommand
-
 EXAMPLES = {
     "segment": (
         "geohue segment rgb.png depth.png --intrinsics camera.json -o out",
@@ -53,15 +51,6 @@ _VALUES = {"path": "FILE", "int": "N", "float": "NUMBER"}
 """What an option takes, by its type."""
 
 
-class Command(TyperCommand):
-    """A command whose help opens with its examples and names what each option takes."""
-
-    def __init__(self, *args: Any, **more: Any) -> None:
-        super().__init__(*args, **more)
-        for param in self.params:
-            _name_value(param)
-
-
 def help_of(command: Callable[..., Any]) -> str:
     """Return the help of a command: what it does, two examples, and the rest of its docstring.
 
@@ -82,7 +71,7 @@ def help_of(command: Callable[..., Any]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _name_value(param: Any) -> None:
+def name_value(param: Any) -> None:
     """Say what a parameter takes, where its declaration leaves that to the name of a type."""
     if param.metavar is None:
         known = getattr(param, "type_descriptor", None)  # of later versions of typer
