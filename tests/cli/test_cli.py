@@ -268,7 +268,7 @@ class TestMistakes:
         ("options", "message"),
         [
             (["-k", "0"], "-k 0: expected"),
-            (["-k", "256"], "1 to 255"),
+            (["-k", "1000001"], "1 to 1000000"),
             (["-k", "few"], '-k few: expected "auto" or a whole number'),
             (["--lambda", "-1"], "--lambda -1.0: expected"),
             (

@@ -44,3 +44,11 @@ def test_errors_name_the_option(
     assert says in told
     assert told.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_several_names_with_commas_or_again(image: str, tmp_path: Path) -> None:
+    given = ["segment", image, "--cues", "color", "--lean", "-o", str(tmp_path / "out")]
+    wanted = {"coco.json", "labels.png", "result.json", "segments.png"}
+    for option in (["--formats", "coco,segments"], ["--format", "coco", "--format", "segments"]):
+        assert run([*given, *option]) == 0
+        assert {file.name for file in (tmp_path / "out").iterdir()} == wanted

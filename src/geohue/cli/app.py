@@ -14,6 +14,7 @@ from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
 from geohue.cli.compare import compare
 from geohue.cli.evaluate import evaluate
+from geohue.cli.examples import help_of
 from geohue.cli.info import info
 from geohue.cli.names import Command, Group, warnings_as_lines
 from geohue.cli.register import register
@@ -28,11 +29,10 @@ app = typer.Typer(
     help="Split scenes into their parts from colour and geometry together.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
-    app.command(cls=Command)(command)
+    app.command(cls=Command, help=help_of(command))(command)
 
 
 def _show_version(wanted: bool) -> None:

@@ -47,7 +47,7 @@ def batch(
     from geohue.studies.batch import Settings, find_items
     from geohue.studies.batch import batch as run
 
-    settings = Settings(**values, formats=tuple(formats or ()), lean=lean)
+    settings = Settings(**values, formats=options.names_of(formats), lean=lean)
     items, notes = find_items(
         folder,
         layout,

@@ -26,7 +26,8 @@ def benchmark(
     ],
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Where results go.")],
     methods: Annotated[
-        str, typer.Option(help="Methods, with commas between; all for every one.")
+        str,
+        typer.Option("--methods", "--method", metavar="A,B,..", help="Methods; all for every one."),
     ] = PAPER_METHOD,
     cues: Annotated[str, typer.Option(help="fusion, color, geometry, or all.")] = "fusion",
     presets: Annotated[
@@ -42,7 +43,9 @@ def benchmark(
     ] = None,
     crop: Annotated[
         str | None,
-        typer.Option(metavar="TOP,BOTTOM,LEFT,RIGHT", help="Use this part of each frame."),
+        typer.Option(
+            metavar="T,B,L,R", help="Use this part of each frame: top, bottom, left, right."
+        ),
     ] = None,
     jobs: JobOptions,
     plots: Annotated[bool, typer.Option(help="Draw plots and pictures.")] = True,

@@ -28,9 +28,7 @@ def calibrate(
     ] = "9x6",
     rig: Annotated[
         bool,
-        typer.Option(
-            "--rig", help="The left camera is the infrared one of a depth sensor (Sec. VI-C)."
-        ),
+        typer.Option("--rig", help="The left camera is the infrared one of a depth sensor."),
     ] = False,
     square: Annotated[
         float, typer.Option(metavar="METRES", help="Side of a square; the unit of the baseline.")

@@ -27,7 +27,12 @@ def compare(
     given: options.SceneOptions,
     methods: Annotated[
         str,
-        typer.Option(metavar="A,B,..", help="The rows: best, fast, methods; or all (but fast)."),
+        typer.Option(
+            "--methods",
+            "--method",
+            metavar="A,B,..",
+            help="The rows: best, fast, methods; or all (but fast).",
+        ),
     ] = "all",
     cues: Annotated[
         str, typer.Option(metavar="A,B,..", help="The columns: fusion, color, geometry, or all.")
@@ -39,7 +44,11 @@ def compare(
         ),
     ] = "auto",
     gt: Annotated[
-        Path | None, typer.Option(metavar="LABELS", help="True labels (PNG, 0 = none; or NPY).")
+        Path | None,
+        typer.Option(
+            metavar="LABELS",
+            help="True labels: PNG (0 = none), NPY or a labelled cloud (-1 = none).",
+        ),
     ] = None,
     preset: Annotated[
         str,
@@ -111,17 +120,10 @@ def compare(
 
 
 def _truth(path: Path) -> NDArray[np.int32]:
-    """Read true labels, 0 for none: an image, or an array in which -1 is none."""
-    if path.suffix.lower() == ".npy":
-        from geohue.read.arrays import read_npy
+    """Read true labels; returns them with 0 for none."""
+    from geohue.read.labels import read_segments
 
-        raw = read_npy(path)
-        if raw.dtype.kind not in "iu":
-            raise GeohueError(f"{path}: holds {raw.dtype}, no labels; these are whole numbers")
-        return raw.astype("int32") + 1
-    from geohue.read.images.pictures import read_labels
-
-    return read_labels(path)
+    return read_segments(path) + 1
 
 
 def _print_table(done: Comparison) -> None:

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 
 def evaluate(
     pred: Annotated[
-        Path, typer.Argument(metavar="PRED", help="labels.png of a segmentation, or a folder.")
+        Path,
+        typer.Argument(
+            metavar="PRED", help="Labels of a segmentation, its folder, or a folder of them."
+        ),
     ],
-    gt: Annotated[
-        Path, typer.Argument(metavar="GT", help="labels.png of the reference, or a folder.")
-    ],
+    gt: Annotated[Path, typer.Argument(metavar="GT", help="Labels of the reference, or a folder.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON object.")] = False,
     objects: Annotated[
         bool, typer.Option("--objects", help="Measure objects, too, each with one segment.")
@@ -40,10 +41,15 @@ def evaluate(
 ) -> None:
     """Measure a segmentation against reference labels.
 
-    Both are label images in which 0 means no label; such pixels of the reference are left out
-    (of the objects' measures not if --background has 0).
-    In folders, frames of the same name belong together: NAME.png or NAME/labels.png.
+    Both are label images (PNG, 0 = no label), arrays (NPY, -1 = no label) or labelled clouds.
+    Pixels without a label in the reference are left out (of the objects' measures not if
+    --background has 0). In folders, frames of the same name belong together: NAME.png,
+    NAME/labels.png or NAME/labels.npy.
     """
+    if pred.is_dir() and not gt.is_dir():
+        from geohue.read.results import labels_of
+
+        pred = labels_of(pred)
     if pred.is_dir() != gt.is_dir():
         raise GeohueError(f"{pred} and {gt}: give two label images or two folders")
     protocol = _protocol(objects, background, background_from)
@@ -51,9 +57,9 @@ def evaluate(
         _evaluate_folders(pred, gt, as_json, protocol)
         return
     from geohue.measures import evaluate as measure
-    from geohue.read.images.pictures import read_labels
+    from geohue.read.labels import read_segments
 
-    scores = measure(read_labels(pred) - 1, read_labels(gt), objects=protocol)
+    scores = measure(read_segments(pred), read_segments(gt) + 1, objects=protocol)
     if as_json:
         print_json(scores)
     else:

@@ -10,6 +10,7 @@ from typing import Any, TextIO
 from typer.core import TyperCommand, TyperGroup
 
 from geohue.cli.console import warn
+from geohue.cli.examples import name_value
 from geohue.errors import GeohueWarning
 from geohue.plugins import KINDS, plugins_of
 
@@ -27,7 +28,12 @@ _KIND_OF = {
 
 
 class Command(TyperCommand):
-    """A command whose help says which names plugins add to its options."""
+    """A command whose help names what each option takes, and what plugins add to it."""
+
+    def __init__(self, *args: Any, **more: Any) -> None:
+        super().__init__(*args, **more)
+        for param in self.params:
+            name_value(param)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help; nothing of a plugin is imported."""

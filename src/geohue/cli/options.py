@@ -42,7 +42,9 @@ Sample = Annotated[
 Intrinsics = Annotated[
     str | None,
     typer.Option(
-        metavar="FILE|fx,fy,cx,cy", help="Camera of the depth map.", rich_help_panel=_FRAME
+        metavar="CAMERA",
+        help="Camera of the depth map: a file, or fx,fy,cx,cy in pixels.",
+        rich_help_panel=_FRAME,
     ),
 ]
 DepthScale = Annotated[
@@ -73,15 +75,19 @@ DisparityScale = Annotated[
 Calib = Annotated[
     str | None,
     typer.Option(
-        metavar="FILE|f,baseline[,doffs]",
-        help="Calibration of the stereo pair, or of the rig of --camera.",
+        metavar="FILE|VALUES",
+        help="Calibration of the stereo pair (a file, or f,baseline[,doffs]), or of the rig of "
+        "--camera.",
         rich_help_panel=_STEREO,
     ),
 ]
 Views = Annotated[
     int,
     typer.Option(
-        min=1, max=2, help="Colours of one view or of both (eq. 19).", rich_help_panel=_STEREO
+        min=1,
+        max=2,
+        help="Whether the colours of the left view (1) or of both (2) take part.",
+        rich_help_panel=_STEREO,
     ),
 ]
 Cameras = Annotated[
@@ -93,7 +99,10 @@ Cameras = Annotated[
     ),
 ]
 Frame = Annotated[
-    int, typer.Option(min=0, help="Which frame of a data set.", rich_help_panel=_DATASET)
+    int | None,
+    typer.Option(
+        min=0, help="Which frame of a data set, from 0 (the default).", rich_help_panel=_DATASET
+    ),
 ]
 Memory = Annotated[
     str | None,
@@ -114,8 +123,9 @@ Processes = Annotated[
 Scheduler = Annotated[
     str | None,
     typer.Option(
-        metavar="tcp://HOST:PORT",
-        help="A dask scheduler: its workers do it, instead of processes here (clouds in pieces).",
+        metavar="ADDRESS",
+        help="A dask scheduler, as tcp://HOST:PORT: its workers do it, instead of processes here "
+        "(clouds in pieces).",
         rich_help_panel=_CLUSTER,
     ),
 ]
@@ -127,14 +137,14 @@ Count = Annotated[
     str,
     typer.Option(
         "-k",
-        metavar="auto|INT",
+        metavar="auto|N",
         help="Number of segments; under best and fast the level that has so many.",
     ),
 ]
 Detail = Annotated[
     str,
     typer.Option(
-        metavar="WORD|FLOAT",
+        metavar="WORD|NUMBER",
         help="How fine the segments of best and fast are: coarse (-1.5), auto (0), fine (1.5) or "
         "a number; higher is finer.",
     ),
@@ -143,19 +153,21 @@ Weight = Annotated[
     str,
     typer.Option(
         "--lambda",
-        metavar="auto|quality|agreement|consensus|FLOAT",
-        help="Weight of geometry against colour, or the rule that chooses it; auto leaves it to "
-        "the preset. Anything else takes the paper's cut.",
+        metavar="RULE|NUMBER",
+        help="Weight of geometry against colour, or what chooses it: quality, agreement or "
+        "consensus; auto leaves it to the preset. Anything else takes the paper's cut.",
     ),
 ]
-Cues = Annotated[str, typer.Option(help="fusion, color or geometry.")]
+Cues = Annotated[
+    str, typer.Option(help="What to go by: color, geometry, or fusion, which is both.")
+]
 Preset = Annotated[
     str,
     typer.Option(
         metavar="best|fast|paper",
         help="best: many cuts vote and regions are merged on all the evidence. fast: the same on "
-        "a smaller draft. paper: the paper's cut, number of segments and weight. Clouds read in "
-        "pieces always take the paper's cut.",
+        "a smaller draft. paper: the method of the paper, with its own number of segments and "
+        "weight.",
     ),
 ]
 Method = Annotated[
@@ -170,9 +182,9 @@ Formats = Annotated[
     list[str] | None,
     typer.Option(
         "--format",
-        metavar="NAME",
-        help="Write this too: ply, pcd, las, laz, coco or segments (in pieces: ply, las, laz). "
-        "Repeatable.",
+        "--formats",
+        metavar="A,B,..",
+        help="Write these too: ply, pcd, las, laz, coco, segments (in pieces: ply, las, laz).",
     ),
 ]
 Lean = Annotated[
@@ -193,6 +205,17 @@ Overwrite = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]
 
 
+def names_of(given: list[str] | None) -> tuple[str, ...]:
+    """Return the names of an option that takes several, with commas between or given again.
+
+    Examples
+    --------
+    >>> names_of(["las,ply", "coco"])
+    ('las', 'ply', 'coco')
+    """
+    return tuple(name for text in given or () for part in text.split(",") if (name := part.strip()))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SceneOptions:
     """Which scene, and how its files are read."""
@@ -208,7 +231,7 @@ class SceneOptions:
     calib: Calib = None
     views: Views = 2
     cameras: Cameras = None
-    frame: Frame = 0
+    frame: Frame = None
 
     def beside_source(self) -> dict[str, Any]:
         """Return what is given but for the source, by what the user calls it."""
@@ -263,6 +286,7 @@ def load_scene(given: SceneOptions) -> Scene:
     if given.sample is not None:
         if source is not None:
             raise GeohueError(f"both {source} and --sample {given.sample} given: choose one")
+        _leave_out("--sample", **given.beside_source() | {"sample": None})
         from geohue.datasets import load_sample
 
         return load_sample(given.sample)
@@ -271,7 +295,7 @@ def load_scene(given: SceneOptions) -> Scene:
     disparity, disparity_scale, calib = given.disparity, given.disparity_scale, given.calib
     if given.right is not None:
         _leave_out("--right", DEPTH=depth, intrinsics=intrinsics, depth_scale=given.depth_scale)
-        _leave_out("--right", camera=given.cameras)
+        _leave_out("--right", camera=given.cameras, frame=given.frame is not None)
         from geohue.read.scenes.stereo import read_stereo_scene
 
         pair = source, given.right
@@ -280,6 +304,7 @@ def load_scene(given: SceneOptions) -> Scene:
     if given.cameras:
         return _range_scene(source, given)
     _need("--right or --camera", "stereo pairs and rigs", calib=calib)
+    _need("--right or --camera", "two views", views=None if given.views == 2 else given.views)
     return _frame_or_cloud(source, depth, intrinsics, _scale(given.depth_scale), given.frame)
 
 
@@ -294,6 +319,7 @@ def check_pieces(option: str, given: SceneOptions, how: SegmentOptions, **others
 
 def _range_scene(source: Path, given: SceneOptions) -> Scene:
     _leave_out("--camera", DEPTH=given.depth, intrinsics=given.intrinsics)
+    _leave_out("--camera", frame=given.frame is not None)
     if given.calib is None:
         raise GeohueError("--camera needs the rig of the sensors: give it with --calib")
     from geohue.read.scenes.ranges import read_range_scene
@@ -307,19 +333,24 @@ def _frame_or_cloud(
     depth: Path | None,
     intrinsics: str | None,
     depth_scale: float | str | None,
-    frame: int,
+    frame: int | None,
 ) -> Scene:
     from geohue.datasets.layouts import guess_layout, open_dataset
     from geohue.read.scenes.scenes import is_cloud, read_scene
 
     if depth is not None or is_cloud(source) or not source.exists() or not guess_layout(source):
+        if frame is not None:
+            raise GeohueError(
+                "--frame chooses a frame of a data set, and this is one: leave it out"
+            )
         return read_scene(source, depth, intrinsics, depth_scale)
     data = open_dataset(source, intrinsics=read_camera(intrinsics), depth_scale=depth_scale)
     return frame_of(data, frame).scene()
 
 
-def frame_of(data: Dataset, i: int) -> DatasetFrame:
+def frame_of(data: Dataset, frame: int | None) -> DatasetFrame:
     """Return the frame that ``--frame`` names; raises `GeohueError` if there is none."""
+    i = frame or 0
     if i >= len(data):
         raise GeohueError(f"{data.path}: has {len(data)} frame(s), counted from 0; --frame is {i}")
     return data[i]

@@ -55,7 +55,7 @@ def segment_pieces(
     processes: int | None,
     scheduler: str | None,
     resume: bool,
-    formats: list[str],
+    formats: tuple[str, ...],
     lean: bool,
     overwrite: bool,
     as_json: bool,

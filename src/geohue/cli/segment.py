@@ -51,7 +51,7 @@ def segment(
         options.check_pieces(reason, given, how, threads=threads is not None)
         warn([] if note is None else [note])
         place = processes, scheduler
-        written = formats or [], lean, overwrite
+        written = options.names_of(formats), lean, overwrite
         segment_pieces(given.source, out, how, memory, *place, resume, *written, as_json)
         return
     folder = Path("geohue-out") if out is None and not as_json else out
@@ -67,15 +67,14 @@ def segment(
         chosen = how.arguments()
         scene = options.load_scene(given)
         seg = run(scene, **chosen.as_dict(), threads=threads, progress=begin)
+        names = options.names_of(formats)
         wishes_out = {"lean": lean, "overwrite": overwrite}
-        files = (
-            [] if folder is None else write_results(folder, scene, seg, formats or (), **wishes_out)
-        )
+        files = [] if folder is None else write_results(folder, scene, seg, names, **wishes_out)
     warn(seg.warnings)
     if as_json:
         print_json(seg.summary() if folder is None else read_json(folder / "result.json"))
     else:
         typer.echo(f"{seg.in_words()}, {passed():.2f} s")
     if files:
-        names = ", ".join(file.name for file in files)
-        typer.echo(f"{folder}: {names}", err=as_json)
+        shown = ", ".join(file.name for file in files)
+        typer.echo(f"{folder}: {shown}", err=as_json)

@@ -21,9 +21,9 @@ _VALUE = r"""('[^']*'|"[^"]*"|[-+.\w]+)"""
 
 _PATTERNS = (
     (re.compile(r"\b(overwrite|resume|lean)=True\b"), r"--\1"),
-    (re.compile(rf"\b({_NAMES})={_VALUE}"), None),  # weight="agreement"
-    (re.compile(rf"\b({_NAMES}) is {_VALUE}"), None),  # k is 0
-    (re.compile(r"\b(preset|cues|method|format|layout) ('[^']*'|\"[^\"]*\")"), None),
+    (re.compile(rf"(?<![-\w])({_NAMES})={_VALUE}"), None),  # weight="agreement"
+    (re.compile(rf"(?<![-\w])({_NAMES}) is {_VALUE}"), None),  # k is 0
+    (re.compile(r"(?<![-\w])(preset|cues|method|format|layout) ('[^']*'|\"[^\"]*\")"), None),
     (re.compile(r"\b(lower|and|or|of) (k)(?=$|[ ,;:.])"), r"\1 -k"),
     (re.compile(r"\b(leave out|or) the (detail|method|preset)\b"), r"\1 --\2"),
     (re.compile(r"\b(leave out|or) the weight\b"), r"\1 --lambda"),
@@ -37,8 +37,8 @@ def of_options(message: str) -> str:
 
     Examples
     --------
-    >>> of_options('k is 0: expected "auto" or a whole number from 1 to 255')
-    '-k 0: expected "auto" or a whole number from 1 to 255'
+    >>> of_options('k is 0: expected "auto" or a whole number from 1 to 1000000')
+    '-k 0: expected "auto" or a whole number from 1 to 1000000'
     >>> of_options('weight="consensus" needs the cloud in memory: choose weight="agreement"')
     '--lambda consensus needs the cloud in memory: choose --lambda agreement'
     >>> of_options("method 'svm': choose one of nncsc, kmeans")

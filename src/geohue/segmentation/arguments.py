@@ -15,7 +15,7 @@ from geohue.settings import PAPER_METHOD, Preset, preset_named
 from geohue.settings.checks import is_whole
 from geohue.settings.weight import WEIGHT_RULES, WeightRule
 
-K_LIMIT = 255
+K_LIMIT = 1_000_000
 """Most segments that may be asked for."""
 
 Count = int | Literal["auto"]
@@ -43,7 +43,7 @@ class SegmentArguments:
     --------
     >>> SegmentArguments(k=0)
     Traceback (most recent call last):
-    geohue.errors.GeohueError: k is 0: expected "auto" or a whole number from 1 to 255
+    geohue.errors.GeohueError: k is 0: expected "auto" or a whole number from 1 to 1000000
     >>> SegmentArguments(preset="paper", detail="fine")
     Traceback (most recent call last):
     geohue.errors.GeohueError: detail is 'fine', and preset 'paper' has no levels to choose from:

@@ -46,8 +46,8 @@ def segment(
     scene : Scene
         An RGB-D frame or a coloured cloud.
     k : int or "auto"
-        Number of segments, 1 to 255; "auto" chooses it, and may choose 1. Where regions are merged
-        it takes the level of the tree with so many segments.
+        Number of segments, at least 1; "auto" chooses it, and may choose 1. Where regions are
+        merged it takes the level of the tree with so many segments.
     weight : float, "auto", "quality", "agreement", "consensus" or "merge"
         The paper's lambda, the weight of geometry against colour, 0 to infinity. "quality" takes
         the one with the highest Q, as the paper does, "agreement" that of `weight_by_agreement`.

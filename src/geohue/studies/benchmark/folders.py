@@ -11,7 +11,7 @@ from geohue.measures.crop import Crop
 from geohue.measures.object_report import ObjectProtocol
 from geohue.read.files import broken
 
-_NAMES = ("labels_object.png", "labels.png")
+_NAMES = ("labels_object.png", "labels.png", "labels.npy")
 
 
 def label_files(folder: str | Path) -> dict[str, Path]:
@@ -21,7 +21,7 @@ def label_files(folder: str | Path) -> dict[str, Path]:
     ----------
     folder : str or Path
         With ``NAME.png`` for each frame, or a folder ``NAME`` for each frame with
-        ``labels_object.png`` or ``labels.png`` in it.
+        ``labels_object.png``, ``labels.png`` or ``labels.npy`` in it.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def evaluate_folders(
     Parameters
     ----------
     pred, gt : str or Path
-        Folders of label images (`label_files`), 0 for no label.
+        Folders of label images (`label_files`, `read_segments`).
     crop : (top, bottom, left, right), optional
         Compare this part only.
     objects : ObjectProtocol, optional
@@ -71,7 +71,7 @@ def evaluate_folders(
     GeohueError
         If a prediction has no reference, a file cannot be read, or the sizes of a pair differ.
     """
-    from geohue.read.images.pictures import read_labels
+    from geohue.read.labels import read_segments
 
     predictions, references = label_files(pred), label_files(gt)
     unknown = [name for name in predictions if name not in references]
@@ -83,8 +83,8 @@ def evaluate_folders(
     frames: dict[str, dict[str, float]] = {}
     for name, path in predictions.items():
         try:
-            truth = read_labels(references[name])
-            frames[name] = evaluate(read_labels(path) - 1, truth, crop=crop, objects=objects)
+            truth = read_segments(references[name]) + 1
+            frames[name] = evaluate(read_segments(path), truth, crop=crop, objects=objects)
         except GeohueError as error:
             raise GeohueError(f"frame {name}: {error}") from error
     measures = next(iter(frames.values()))
