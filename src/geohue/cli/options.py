@@ -150,8 +150,7 @@ Preset = Annotated[
     typer.Option(
         metavar="best|fast|paper",
         help="best: many cuts vote and regions are merged on all the evidence. fast: the same on "
-        "a smaller draft. paper: the paper's cut, number of segments and weight. Clouds read in "
-        "pieces always take the paper's cut.",
+        "a smaller draft. paper: the paper's cut, number of segments and weight.",
     ),
 ]
 Method = Annotated[

@@ -15,9 +15,10 @@ from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
     from geohue.large.stages import Progress
+    from geohue.merge.levels import Detail
     from geohue.segmentation.choice import Weight
 
-_STAGES = {"measure": "measuring", "fit": "cutting a sample", "label": "labelling"}
+_STAGES = {"measure": "measuring", "fit": "splitting a sample", "label": "labelling"}
 
 
 def too_large(source: Path | None) -> str | None:
@@ -40,7 +41,7 @@ def too_large(source: Path | None) -> str | None:
         return None
     return (
         f"{source}: {n_points} points would take {needed // MB} MB and {available // MB} MB are "
-        "free: reading it in pieces, by the paper's cut, as --memory does"
+        "free: reading it in pieces, as --memory does"
     )
 
 
@@ -52,6 +53,7 @@ def segment_pieces(
     preset: str,
     cues: str,
     seed: int,
+    detail: Detail,
     memory: str | None,
     processes: int | None,
     scheduler: str | None,
@@ -77,6 +79,7 @@ def segment_pieces(
             preset,
             cues,  # checked by the library, with the choices named
             seed,
+            detail=detail,
             memory=memory,
             processes=processes,
             scheduler=scheduler,
@@ -88,7 +91,7 @@ def segment_pieces(
     if as_json:
         print_json(found.summary())
     else:
-        line = told(found.k, found.weight, "nncsc", cues)
+        line = told(found.k, found.weight, "nncsc", cues, merged=found.levels is not None)
         typer.echo(f"{line}, {found.timings['total']:.1f} s")
     names = ", ".join(sorted(file.name for file in folder.iterdir() if file.is_file()))
     typer.echo(f"{folder}: {names}", err=as_json)

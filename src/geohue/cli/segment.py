@@ -60,7 +60,7 @@ def segment(
     Give an image and its depth map, a stereo pair (COLOR --right IMAGE), a coloured cloud, or
     --sample motorcycle. Labels, pictures, the labelled cloud and a summary are written to the
     folder of -o (with --json and without -o, nothing is written). A cloud that does not fit in
-    memory, or any with --memory, is read in pieces, by the paper's cut under every preset.
+    memory, or any with --memory, is read in pieces.
     """
     wanted_k = whole_or_auto(k, "-k")
     wanted_weight, wanted_detail = read_weight(weight), read_detail(detail)
@@ -87,7 +87,6 @@ def segment(
             frame=frame,
             threads=threads is not None,
             no_fill=not fill,
-            detail=detail != "auto",
         )
         warn([] if note is None else [note])
         segment_pieces(
@@ -98,6 +97,7 @@ def segment(
             preset,
             cues,
             seed,
+            wanted_detail,
             memory,
             processes,
             scheduler,
