@@ -20,6 +20,8 @@ from geohue.segmentation.result import StageClock
 
 Labels = NDArray[np.int32]
 
+_BLOCK = 65_536  # points at a time, for the memory that their neighbours take
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MergedRegions:
@@ -50,11 +52,12 @@ class MergedRegions:
 
     def parts(self, xyz: NDArray[np.float64], rgb: NDArray[np.uint8]) -> Labels:
         """Return the region of points, (M, 3) coordinates and colours; -1 without coordinates."""
-        points = without_offset(xyz, self.offset)
-        known = np.isfinite(points[:, 2])
+        points, take = without_offset(xyz, self.offset), self.examples.taker(self.cues)
+        index = np.flatnonzero(np.isfinite(points[:, 2]))
         regions = np.full(len(xyz), -1, np.int32)
-        if known.any():
-            regions[known] = self.examples.taker(self.cues)(points[known], rgb[known])
+        for start in range(0, len(index), _BLOCK):
+            here = index[start : start + _BLOCK]
+            regions[here] = take(points[here], rgb[here])
         return regions
 
 
