@@ -390,7 +390,7 @@ def test_memory_is_kept(tmp_path: Path) -> None:
     """The whole process, libraries and all, on a cloud of which every point is 24 bytes."""
     xyz, rgb, _ = three_blobs(1_300_000)
     np.save(tmp_path / "cloud.npy", table(xyz, rgb))
-    options = f"-k 3 --lambda 1 --memory 400MB -o {tmp_path / 'out'}".split()
+    options = f"-k 3 --memory 400MB -o {tmp_path / 'out'}".split()
     process = subprocess.Popen(
         [sys.executable, "-m", "geohue", "segment", str(tmp_path / "cloud.npy"), *options],
         stdout=subprocess.DEVNULL,

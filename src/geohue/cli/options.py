@@ -160,6 +160,13 @@ Seed = Annotated[int, typer.Option(help="Source of chance.")]
 Components = Annotated[
     bool, typer.Option("--components", help="Number connected pieces one by one.")
 ]
+Reunite = Annotated[
+    bool,
+    typer.Option(
+        "--reunite",
+        help="Give the parts of a surface that something in front cuts apart one name (frames).",
+    ),
+]
 Fill = Annotated[bool, typer.Option(help="Label pixels without depth too.")]
 Formats = Annotated[
     list[str] | None,

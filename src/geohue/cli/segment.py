@@ -42,6 +42,7 @@ def segment(
     method: options.Method = PAPER_METHOD,
     seed: options.Seed = 0,
     components: options.Components = False,
+    reunite: options.Reunite = False,
     fill: options.Fill = True,
     threads: Annotated[int | None, typer.Option(help="Threads; by default one a core.")] = None,
     formats: options.Formats = None,
@@ -87,6 +88,7 @@ def segment(
             frame=frame,
             threads=threads is not None,
             no_fill=not fill,
+            reunite=reunite,
         )
         warn([] if note is None else [note])
         segment_pieces(
@@ -140,6 +142,7 @@ def segment(
             seed,
             detail=wanted_detail,
             components=components,
+            reunite=reunite,
             fill=fill,
             threads=threads,
             progress=begin,

@@ -11,6 +11,8 @@ from geohue.errors import GeohueError
 from geohue.fill.gaps import fill_gaps
 from geohue.fill.unseen import label_unseen
 from geohue.merge.levels import Detail
+from geohue.merge.reunite import check_reunite
+from geohue.merge.reunite import reunite as reunite_parts
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene, prepare_scene
 from geohue.regions.images import connected_components
@@ -43,6 +45,7 @@ def segment(
     *,
     detail: Detail = "auto",
     components: bool = False,
+    reunite: bool = False,
     fill: bool = True,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -79,6 +82,9 @@ def segment(
         (`geohue.merge.levels.threshold_of`).
     components : bool
         Whether each connected piece of a segment becomes a segment of its own (grids only).
+    reunite : bool
+        Whether parts of one surface that something in front of it has cut apart become one segment
+        (`geohue.merge.reunite`; frames with depth only).
     fill : bool
         Whether pixels without depth get a label too (grids only).
     threads : int, optional
@@ -111,6 +117,8 @@ def segment(
     check_detail(detail, k, merges)
     if components and not scene.is_grid:
         raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
+    if reunite:
+        check_reunite(scene)
     check_method(method, cues, scene.is_grid)
     with workers(threads) as team:
         with clock.stage("features"):  # Sec. II: eq. 1-5
@@ -130,13 +138,19 @@ def segment(
         labels, _ = relabel(connected_components(found.labels) if components else found.labels)
     n_found = int(labels.max()) + 1
     notes = [*scene.warnings, *prepared.features.notes]
+    if reunite:
+        with clock.stage("reunite"):
+            labels = reunite_parts(labels, scene)
     if found.wanted is None and n_found == 1:
         notes += shortfalls(1, 1, components)
     elif found.wanted is not None:
         notes += shortfalls(n_found, found.wanted, components)
+    n_named = int(labels.max()) + 1
+    if n_named < n_found:
+        notes.append(f"{n_found} segments are {n_named} surfaces: parts were reunited")
     return Segmentation(
         labels,
-        n_found,
+        n_named,
         found.weight,
         score.total if score else None,
         found.curve,
