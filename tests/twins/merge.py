@@ -213,7 +213,7 @@ def _pixel(
     def away(i: int, j: int) -> int:
         return int((rows[i] - at[0]) ** 2 + (columns[j] - at[1]) ** 2)
 
-    def likeliest(parts: Labels, inside: list[Pair]) -> int:
+    def likeliest(parts: Labels, inside: list[Pair], around: int) -> int:
         """Of the parts of the points within reach the one that explains the pixel best."""
         names = list(dict.fromkeys(int(parts[place]) for place in [near, *inside]))
         names = [name for name in names if any(parts[place] == name for place in inside)]
@@ -221,14 +221,15 @@ def _pixel(
             return names[0]
         fits = []
         for name in names:
-            members = [place for place in window(3) if parts[place] == name]
+            members = [place for place in window(around) if parts[place] == name]
             w = np.array([np.exp(-away(i, j) / step**2 / (2 * 1.5**2)) for i, j in members])
             data = np.array([values[rows[i], columns[j]] for i, j in members], np.float64)
             fits.append(_fit(w, data, values[at].astype(np.float64)))
         return names[int(np.argmax(fits))]
 
-    best = likeliest(segments[regions], window(1))
-    return likeliest(regions, [place for place in window(1) if segments[regions[place]] == best])
+    best = likeliest(segments[regions], window(1), 3)
+    inside = [place for place in window(1) if segments[regions[place]] == best]
+    return likeliest(regions, inside, 2)
 
 
 def _fit(w: Array, data: Array, pixel: Array) -> float:
