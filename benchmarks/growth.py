@@ -1,6 +1,6 @@
 """Time and peak memory against the number of points.
 
-    python benchmarks/growth.py --scratch DIR [--largest 100000000] [--format laz]
+    python benchmarks/growth.py --scratch DIR [--largest 100000000] [--format laz] [--preset best]
 
 Clouds of 10^4 to 10^8 points are made in DIR from the real one of GEOHUE_DATA (churo_uav): every
 n-th of its points, or shifted copies of it side by side, each with a jitter of 2 cm so that no two
@@ -37,7 +37,7 @@ _PIECE = 1_000_000
 _WHOLE = """
 import sys, numpy as np, geohue
 from geohue.read.scenes.scenes import read_scene
-np.save(sys.argv[2], geohue.segment(read_scene(sys.argv[1]), k=6).labels)
+np.save(sys.argv[2], geohue.segment(read_scene(sys.argv[1]), k=6, preset=sys.argv[3]).labels)
 """
 
 
@@ -132,12 +132,13 @@ def resident(pid: int) -> int:
     return total
 
 
-def commands(file: Path, out: Path, memory: str) -> dict[str, list[str]]:
+def commands(file: Path, out: Path, memory: str, preset: str) -> dict[str, list[str]]:
     """Return how to segment a cloud, by the names of the ways."""
     piecewise = [sys.executable, "-m", "geohue", "segment", str(file), "-k", "6", "-o", str(out)]
+    piecewise += ["--preset", preset]
     return {
         "in pieces": [*piecewise, "--memory", memory],
-        "whole": [sys.executable, "-c", _WHOLE, str(file), str(out / "labels.npy")],
+        "whole": [sys.executable, "-c", _WHOLE, str(file), str(out / "labels.npy"), preset],
     }
 
 
@@ -198,6 +199,7 @@ def main() -> None:
     parser.add_argument("--largest-whole", type=int, default=10**7)
     parser.add_argument("--format", choices=("laz", "las", "npy"), default="laz")
     parser.add_argument("--memory", default="2GB")
+    parser.add_argument("--preset", default="best")
     parser.add_argument("--runs", type=int, default=3)
     options = parser.parse_args()
     data = Path(os.environ.get("GEOHUE_DATA", Path(__file__).parents[2] / "shared" / "data"))
@@ -212,7 +214,7 @@ def main() -> None:
             if turn and n > 10**7:
                 continue  # minutes: once
             out = options.scratch / "out"
-            for way, command in commands(file, out, options.memory).items():
+            for way, command in commands(file, out, options.memory, options.preset).items():
                 if way == "whole" and n > options.largest_whole:
                     continue
                 shutil.rmtree(out, ignore_errors=True)

@@ -159,13 +159,15 @@ class TestSegment:
         assert run(["segment", *frame, *options, "-o", str(tmp_path / "out")]) == 0
         assert capsys.readouterr().out.startswith(says)
 
-    def test_in_pieces_there_is_no_detail(
+    def test_in_pieces_detail_means_the_same(
         self, cloud: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
     ) -> None:
         given = ["segment", cloud, "-o", str(tmp_path / "out"), "--processes", "1"]
-        assert "--processes and --detail do not go together" in line_of(
-            [*given, "--detail", "fine"], capsys
+        assert "both say how many segments" in line_of(
+            [*given, "--detail", "fine", "-k", "2"], capsys
         )
+        assert run([*given, "--detail", "fine"]) == 0
+        assert ", regions merged, " in capsys.readouterr().out
         assert run([*given, "-k", "2", "--lambda", "inf"]) == 0
         assert capsys.readouterr().out.startswith("2 segments, by geometry alone, ")
 

@@ -66,7 +66,9 @@ def test_small_cloud_as_in_memory(cloud: Path, tmp_path: Path, cues: str, k: Any
     rows = np.load(cloud)
     scene = Scene.from_cloud(rows[:, :3], rows[:, 3:].astype(np.uint8))
     whole = geohue.segment(scene, k, preset="paper", cues=cues)
-    found = segment_file(cloud, tmp_path / "out", k, cues=cues, processes=1)
+    found = segment_file(cloud, tmp_path / "out", k, preset="paper", cues=cues, processes=1)
+    assert found.levels is None
+    assert not (tmp_path / "out" / "levels.npz").exists()
     np.testing.assert_array_equal(_labels(tmp_path / "out"), whole.labels)
     assert (found.k, found.weight) == (whole.k, whole.weight)
     assert found.sizes == tuple(np.bincount(whole.labels[whole.labels >= 0]))
@@ -76,12 +78,13 @@ def test_small_cloud_as_in_memory(cloud: Path, tmp_path: Path, cues: str, k: Any
     assert [w for w, _ in found.weight_curve] == [w for w, _ in whole.weight_curve]
 
 
+@pytest.mark.parametrize("preset", ["paper", "fast"])
 @pytest.mark.usefixtures("small_stretches")
 def test_sample_stands_for_the_cloud(
-    cloud: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cloud: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, preset: str
 ) -> None:
     monkeypatch.setattr(stages, "SAMPLE", 600)
-    found = segment_file(cloud, tmp_path / "out", 3, processes=1)
+    found = segment_file(cloud, tmp_path / "out", 3, preset=preset, processes=1)
     labels = _labels(tmp_path / "out")
     _, _, truth = three_blobs(N)
     assert (labels == -1).sum() == 2
@@ -119,7 +122,9 @@ def test_segmented_ply(cloud: Path, tmp_path: Path) -> None:
 def test_files_of_a_run(cloud: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     seen: list[tuple[str, int, int]] = []
-    found = segment_file(cloud, out, 3, processes=1, progress=lambda *step: seen.append(step))
+    found = segment_file(
+        cloud, out, 3, preset="paper", processes=1, progress=lambda *step: seen.append(step)
+    )
     names = ["labels.npy", "overlay.png", "result.json", "weight_curve.png"]
     assert sorted({file.name for file in out.iterdir()} - {LOCK}) == names
     assert _outcome(out)["sizes"] == list(found.sizes)
@@ -129,15 +134,6 @@ def test_files_of_a_run(cloud: Path, tmp_path: Path) -> None:
     segment_file(cloud, tmp_path / "given", 3, weight=1.0, processes=1)  # nothing searched
     given = {file.name for file in (tmp_path / "given").iterdir()} - {LOCK}
     assert sorted(given) == names[:3]
-
-
-def test_presets_that_merge_take_the_papers_cut_in_pieces(cloud: Path, tmp_path: Path) -> None:
-    found = segment_file(cloud, tmp_path / "out", 3, preset="best", processes=1)
-    rows = np.load(cloud)
-    scene = Scene.from_cloud(rows[:, :3], rows[:, 3:].astype(np.uint8))
-    whole = geohue.segment(scene, 3, "agreement", "best")
-    np.testing.assert_array_equal(_labels(tmp_path / "out"), whole.labels)
-    assert found.weight == whole.weight
 
 
 def _start(cloud: Path, out: Path, log: Path, *more: str) -> subprocess.Popen[bytes]:
@@ -408,7 +404,7 @@ def test_memory_is_kept(tmp_path: Path) -> None:
     """The whole process, libraries and all, on a cloud of which every point is 24 bytes."""
     xyz, rgb, _ = three_blobs(1_300_000)
     np.save(tmp_path / "cloud.npy", table(xyz, rgb))
-    options = f"-k 3 --lambda 1 --memory 400MB -o {tmp_path / 'out'}".split()
+    options = f"-k 3 --memory 400MB -o {tmp_path / 'out'}".split()
     process = subprocess.Popen(
         [sys.executable, "-m", "geohue", "segment", str(tmp_path / "cloud.npy"), *options],
         stdout=subprocess.DEVNULL,
@@ -433,7 +429,9 @@ def test_memory_is_kept(tmp_path: Path) -> None:
         ({"formats": ["pcd"]}, "choose ply, las, laz"),
         ({"preset": "slow"}, "slow"),
         ({"weight": "consensus"}, 'weight="consensus" needs the whole cloud in memory'),
-        ({"weight": "merge"}, 'weight="merge" needs the whole cloud in memory'),
+        ({"detail": "finest"}, "detail is 'finest'"),
+        ({"detail": "fine", "preset": "paper"}, "only merged regions have levels"),
+        ({"detail": "fine", "k": 3}, "give one of them"),
     ],
 )
 def test_bad_arguments(cloud: Path, tmp_path: Path, arguments: Any, says: str) -> None:

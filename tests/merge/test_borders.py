@@ -67,40 +67,38 @@ def test_labels_only_from_within_reach(seed: int) -> None:
         assert found[y, x] in regions[top : near_y[y] + 2, left : near_x[x] + 2]
 
 
+@given(st.integers(0, 2**20))
+@settings(deadline=None, max_examples=25)
+def test_regions_do_not_move_the_borders_of_segments(seed: int) -> None:
+    regions, segments, places, values = scene(seed)
+    four = np.arange(4, dtype=np.int32)
+    whole = drawn(segments[regions], four, places, values)
+    assert np.array_equal(segments[drawn(regions, segments, places, values)], whole)
+
+
 @pytest.mark.parametrize("at", range(20, 29))
 @pytest.mark.parametrize("cue", [0, 3])
-def test_a_step_is_found_at_its_pixel(at: int, cue: int) -> None:
-    """Wherever between the points of the draft a step of colour or depth lies."""
+@pytest.mark.parametrize("segments", [[0, 1], [0, 0]])
+def test_a_step_is_found_at_its_pixel(at: int, cue: int, segments: list[int]) -> None:
+    """Wherever between the points of the draft a step lies, between segments or within one."""
     values = np.zeros((33, 50, 4), np.float32)
     values[:, at:, cue] = (30, 0, 0, 0.3)[cue]
     places = kept((33, 50), 4)
     truth = (np.arange(50) >= at).astype(np.int32)[None].repeat(33, 0)
     regions = truth[places[0][:, None], places[1]]
-    two = np.array([0, 1], np.int32)
+    two = np.array(segments, np.int32)
     assert np.array_equal(drawn(regions, two, places, values), truth)
     upright = values.transpose(1, 0, 2).copy()
     found = drawn(regions.T.copy(), two, places[::-1], upright)
     assert np.array_equal(found, truth.T)
 
 
-def test_regions_of_one_segment_are_divided_by_distance() -> None:
-    values = np.random.default_rng(0).normal(0, 30, (12, 12, 4)).astype(np.float32)
+def test_regions_that_look_alike_are_divided_by_distance() -> None:
     places = kept((12, 12), 4)
     regions = np.arange(9, dtype=np.int32).reshape(3, 3)
+    values = np.zeros((12, 12, 4), np.float32)
     found = drawn(regions, np.zeros(9, np.int32), places, values)
     assert np.array_equal(found, regions.repeat(4, 0).repeat(4, 1))
-
-
-def test_a_pixel_takes_the_nearest_region_of_its_segment() -> None:
-    """Its own point of the draft belongs to another segment."""
-    values = np.zeros((12, 20, 4), np.float32)
-    values[:, 7:, 0] = 60  # the segment to the right begins here
-    places = kept((12, 20), 4)
-    regions = np.array([[0, 0, 1, 1, 1]] * 3, np.int32)
-    regions[1, 2], regions[2, 2] = 2, 3
-    found = drawn(regions, np.array([0, 5, 5, 5], np.int32), places, values)
-    assert found[:, 7].tolist() == [1] * 5 + [2] * 4 + [3] * 3  # of two as near, the upper one
-    assert (found[:, :7] == 0).all()
 
 
 @pytest.mark.parametrize("shape", [(1, 9), (9, 1), (1, 1)])

@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter
 
 from geohue import Scene
 from geohue.features import extract_features, lab_of
-from geohue.merge.draft import merge_draft
+from geohue.merge.draft import draft_evidence, merge_draft
 from geohue.merge.evidence import Evidence, gather
 from geohue.merge.oversegment import oversegment
 from geohue.merge.score import Cues
@@ -104,6 +104,19 @@ class TestGrid:
         smallest = scene.size // 200
         expected = oversegment(plain, lab, 20.0, smallest)
         assert np.array_equal(merged(scene)[0].ravel(), expected)
+
+    def test_regions_of_a_cloud_begin_with_colours_averaged_over_neighbours(self) -> None:
+        rng = np.random.default_rng(4)
+        colors = rng.integers(0, 256, (60, 3)).astype(np.uint8)
+        scene = Scene.from_cloud(rng.normal(size=(60, 3)), colors)
+        graph = PairGraph.of(scene, 0.0)
+        evidence, found = draft_evidence(graph, extract_features(scene), [])
+        lab = lab_of(colors).astype(float)
+        assert np.array_equal(evidence.lab, lab)
+        for i in range(60):
+            beside = [*evidence.other[evidence.one == i], *evidence.one[evidence.other == i]]
+            assert len(beside) > 2
+            np.testing.assert_allclose(found[i], lab[[i, *beside]].mean(axis=0))
 
     def test_steps_of_pixels_in_gaps_are_those_of_the_nearest(
         self, monkeypatch: pytest.MonkeyPatch

@@ -139,6 +139,23 @@ class TestMethods:
         scene, truth = three_boxes
         assert agreement(segment(scene, 3, method=method).labels, truth) > 0.9
 
+    @pytest.mark.parametrize("preset", ["best", "fast"])
+    def test_a_compared_system_has_the_papers_weight_under_every_preset(
+        self, preset: str, three_boxes: tuple[Scene, NDArray[np.int32]]
+    ) -> None:
+        scene, _ = three_boxes
+        small = {"draft_points": 600, "weights": (0.25, 1.0, 4.0), "refinements": (0.5,)}
+        paper, own = (PRESETS[name].changed(**small) for name in ("paper", preset))
+        one, two = (segment(scene, 3, preset=p, method="kmeans") for p in (paper, own))
+        assert (one.weight, one.weight_curve) == (two.weight, two.weight_curve)
+        assert len(one.weight_curve) > 3
+        asked = own.changed(weight_rule="agreement", compared=(0.5, 1.0, 2.0))
+        for other in (
+            segment(scene, 3, preset=asked, method="kmeans"),
+            segment(scene, 3, "agreement", asked, method="kmeans"),
+        ):
+            assert [weight for weight, _ in other.weight_curve] == [0.5, 1.0, 2.0]
+
     def test_cues_and_scenes_that_a_method_is_not_defined_for(
         self, three_boxes: tuple[Scene, NDArray[np.int32]]
     ) -> None:

@@ -175,7 +175,7 @@ def drawn(
     columns: NDArray[np.int64],
     values: NDArray[np.float32],
 ) -> Labels:
-    """A region for each pixel: the likeliest segment within reach, and its nearest region."""
+    """A region for each pixel: of the likeliest segment within reach the likeliest region."""
     height, width = values.shape[:2]
     step = rows[1] - rows[0] if len(rows) > 1 else columns[1] - columns[0]
     out = np.empty((height, width), np.int32)
@@ -213,19 +213,23 @@ def _pixel(
     def away(i: int, j: int) -> int:
         return int((rows[i] - at[0]) ** 2 + (columns[j] - at[1]) ** 2)
 
-    names = [segments[regions[near]]]
-    names += [name for i, j in window(1) if (name := segments[regions[i, j]]) not in names]
-    if len(dict.fromkeys(names)) == 1:
-        return int(regions[near])
-    fits = []
-    for name in dict.fromkeys(names):
-        members = [(i, j) for i, j in window(3) if segments[regions[i, j]] == name]
-        w = np.array([np.exp(-away(i, j) / step**2 / (2 * 1.5**2)) for i, j in members])
-        data = np.array([values[rows[i], columns[j]] for i, j in members], np.float64)
-        fits.append((_fit(w, data, values[at].astype(np.float64)), name))
-    best = max(fits, key=lambda fit: fit[0])[1]
-    reachable = [(i, j) for i, j in window(1) if segments[regions[i, j]] == best]
-    return int(regions[min(reachable, key=lambda place: away(*place))])
+    def likeliest(parts: Labels, inside: list[Pair], around: int) -> int:
+        """Of the parts of the points within reach the one that explains the pixel best."""
+        names = list(dict.fromkeys(int(parts[place]) for place in [near, *inside]))
+        names = [name for name in names if any(parts[place] == name for place in inside)]
+        if len(names) == 1:
+            return names[0]
+        fits = []
+        for name in names:
+            members = [place for place in window(around) if parts[place] == name]
+            w = np.array([np.exp(-away(i, j) / step**2 / (2 * 1.5**2)) for i, j in members])
+            data = np.array([values[rows[i], columns[j]] for i, j in members], np.float64)
+            fits.append(_fit(w, data, values[at].astype(np.float64)))
+        return names[int(np.argmax(fits))]
+
+    best = likeliest(segments[regions], window(1), 3)
+    inside = [place for place in window(1) if segments[regions[place]] == best]
+    return likeliest(regions, inside, 2)
 
 
 def _fit(w: Array, data: Array, pixel: Array) -> float:

@@ -30,6 +30,7 @@ STAGES = {
     "cut": "cutting the scene",
     "refine": "removing small regions",
     "quality": "measuring the quality",
+    "reunite": "reuniting parts of a surface",
     "fill": "filling pixels without depth",
 }
 

@@ -177,6 +177,13 @@ Seed = Annotated[int, typer.Option(help="Source of chance.")]
 Components = Annotated[
     bool, typer.Option("--components", help="Number connected pieces one by one.")
 ]
+Reunite = Annotated[
+    bool,
+    typer.Option(
+        "--reunite",
+        help="Give the parts of a surface that something in front cuts apart one name (frames).",
+    ),
+]
 Fill = Annotated[bool, typer.Option(help="Label pixels without depth too.")]
 Formats = Annotated[
     list[str] | None,
@@ -256,6 +263,7 @@ class SegmentOptions:
     method: Method = PAPER_METHOD
     seed: Seed = 0
     components: Components = False
+    reunite: Reunite = False
     fill: Fill = True
 
     def arguments(self) -> SegmentArguments:
@@ -310,8 +318,8 @@ def load_scene(given: SceneOptions) -> Scene:
 
 def check_pieces(option: str, given: SceneOptions, how: SegmentOptions, **others: Any) -> None:
     """Raise an error if something is given that a cloud in pieces, as of `option`, cannot have."""
-    detail = how.detail != "auto"
-    _leave_out(option, **given.beside_source(), **others, no_fill=not how.fill, detail=detail)
+    how_wishes = {"no_fill": not how.fill, "reunite": how.reunite}
+    _leave_out(option, **given.beside_source(), **others, **how_wishes)
     if how.components or how.method != PAPER_METHOD:
         wish = "--components" if how.components else f"--method {how.method}"
         raise GeohueError(f"{wish} needs the whole cloud in memory: leave out {wish} or {option}")

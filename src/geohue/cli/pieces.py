@@ -20,7 +20,7 @@ from geohue.settings import PAPER_METHOD
 if TYPE_CHECKING:
     from geohue.large.stages import Progress
 
-_STAGES = {"measure": "measuring", "fit": "cutting a sample", "label": "labelling"}
+_STAGES = {"measure": "measuring", "fit": "splitting a sample", "label": "labelling"}
 
 
 def too_large(source: Path | None) -> str | None:
@@ -43,7 +43,7 @@ def too_large(source: Path | None) -> str | None:
         return None
     return (
         f"{source}: {n_points} points would take {needed // MB} MB and {available // MB} MB are "
-        "free: reading it in pieces, by the paper's cut, as --memory does"
+        "free: reading it in pieces, as --memory does"
     )
 
 
@@ -74,7 +74,7 @@ def segment_pieces(
         found = segment_file(
             source,
             folder,
-            **{name: wanted[name] for name in ("k", "weight", "preset", "cues", "seed")},
+            **{name: wanted[name] for name in ("k", "weight", "preset", "cues", "seed", "detail")},
             memory=memory,
             processes=processes,
             scheduler=scheduler,
@@ -88,7 +88,8 @@ def segment_pieces(
     if as_json:
         print_json(found.summary())
     else:
-        line = told(found.k, found.weight, PAPER_METHOD, how.cues)
+        merged = found.levels is not None
+        line = told(found.k, found.weight, PAPER_METHOD, how.cues, merged=merged)
         typer.echo(f"{line}, {passed():.1f} s")
     names = ", ".join(sorted(file.name for file in folder.iterdir() if file.is_file()))
     typer.echo(f"{folder}: {names}", err=as_json)

@@ -39,7 +39,7 @@ def segment(
     Give an image and its depth map, a stereo pair (COLOR --right IMAGE), a coloured cloud, or
     --sample motorcycle. Labels, pictures, the labelled cloud and a summary are written to the
     folder of -o (with --json and without -o, nothing is written). A cloud that does not fit in
-    memory, or any with --memory, is read in pieces, by the paper's cut under every preset.
+    memory, or any with --memory, is read in pieces.
     """
     wishes = {"memory": memory, "processes": processes, "scheduler": scheduler}
     asked = [f"--{name}" for name, wish in wishes.items() if wish is not None]
@@ -51,8 +51,10 @@ def segment(
         options.check_pieces(reason, given, how, threads=threads is not None)
         warn([] if note is None else [note])
         place = processes, scheduler
-        written = options.names_of(formats), lean, overwrite
-        segment_pieces(given.source, out, how, memory, *place, resume, *written, as_json)
+        names = options.names_of(formats)
+        segment_pieces(
+            given.source, out, how, memory, *place, resume, names, lean, overwrite, as_json
+        )
         return
     folder = Path("geohue-out") if out is None and not as_json else out
     if folder is not None:

@@ -115,16 +115,25 @@ def centered(
 
     Returns the points and the offset.
     """
-    points = xyz.astype(np.float64)
-    finite = np.isfinite(points).all(axis=-1)
-    points[~finite] = np.nan
-    offset = np.zeros(3)
-    if finite.any():
-        low, high = points[finite].min(axis=0), points[finite].max(axis=0)
-        if np.abs(np.stack([low, high])).max() > 1e3 * max((high - low).max(), 1e-300):
-            offset = (low + high) / 2
-            points -= offset
-    with np.errstate(over="ignore"):
-        cast = points.astype(np.float32)
+    offset = map_offset(xyz)
+    return without_offset(xyz, offset), (float(offset[0]), float(offset[1]), float(offset[2]))
+
+
+def map_offset(xyz: NDArray[np.generic]) -> NDArray[np.float64]:
+    """Return the middle of points that lie far from zero for their extent, else zero, (3,)."""
+    points = xyz.astype(np.float64).reshape(-1, 3)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points):
+        low, high = points.min(axis=0), points.max(axis=0)
+        with np.errstate(over="ignore"):
+            if np.abs(np.stack([low, high])).max() > 1e3 * max((high - low).max(), 1e-300):
+                return np.asarray(low / 2 + high / 2)
+    return np.zeros(3)
+
+
+def without_offset(xyz: NDArray[np.generic], offset: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Take an offset off and cast to float32; a point that is not finite is NaN throughout."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        cast = (xyz.astype(np.float64) - offset).astype(np.float32)
     cast[~np.isfinite(cast).all(axis=-1)] = np.nan
-    return cast, (float(offset[0]), float(offset[1]), float(offset[2]))
+    return cast

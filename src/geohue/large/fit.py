@@ -1,4 +1,4 @@
-"""Sec. II to IV on the sample: the number of segments, the weight, and the cut."""
+"""Sec. II to IV on the sample, or the merging: everything that is decided."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from numpy.typing import NDArray
 from geohue.compute.labels import relabel
 from geohue.compute.parallel import Workers
 from geohue.features import Raw
+from geohue.large.merged import MergedRegions, merge_sample
 from geohue.large.moments import Moments
+from geohue.large.question import Question
 from geohue.large.vectors import Standard, raw_values
 from geohue.ncut.cutter import Cutter
 from geohue.ncut.model import CutModel
 from geohue.prepared import PreparedScene
 from geohue.scene import Scene
-from geohue.segmentation.arguments import Count, Weight
 from geohue.segmentation.choice import Chooser, check_count
 from geohue.segmentation.result import StageClock
-from geohue.settings import Preset
 from geohue.weight.quality import QualityMetric
 from geohue.weight.search import Curve
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fitted:
-    """What labels any point of a cloud.
+class FittedCut:
+    """The cut that labels any point of a cloud.
 
     Attributes
     ----------
@@ -45,14 +45,23 @@ class Fitted:
     weight: float
     order: NDArray[np.int32]
 
-    def labels(self, xyz: NDArray[np.float64], rgb: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """Label points, (M, 3) coordinates and colours; -1 for those without coordinates."""
+    def parts(self, xyz: NDArray[np.float64], rgb: NDArray[np.uint8]) -> NDArray[np.int32]:
+        """Return the part of points, (M, 3) coordinates and colours; -1 without coordinates."""
         known, values = raw_values(xyz, rgb, self.standard.cues)
         if not known.any():
             return np.full(len(xyz), -1, np.int32)
         features = self.standard.features(values, known)
         found = self.model.labels(features.mixed(self.weight), Workers(None))
-        return features.to_scene(self.order[found])
+        return features.to_scene(found)
+
+
+Fitted = FittedCut | MergedRegions
+"""What labels a cloud: `parts` gives each point its part, `order` each part its segment."""
+
+
+def segments_of(fitted: Fitted, parts: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the segment of points with these parts, -1 where there is none."""
+    return np.append(fitted.order, np.int32(-1))[parts]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +71,7 @@ class Decision:
     Attributes
     ----------
     k : int
-        Number of segments wanted.
+        Number of segments wanted, or of the level taken.
     weight : float
         The paper's lambda.
     quality : float or None
@@ -84,15 +93,11 @@ def fit(
     scene: Scene,
     xyz: NDArray[np.float64],
     moments: Moments,
-    k: Count,
-    weight: Weight,
-    settings: Preset,
-    cues: str,
-    seed: int,
+    question: Question,
     team: Workers,
     clock: StageClock,
 ) -> tuple[Fitted, Decision]:
-    """Decide on the sample, and fit the cut that labels the cloud.
+    """Decide on the sample, and fit what labels the cloud.
 
     Parameters
     ----------
@@ -102,10 +107,8 @@ def fit(
         Its coordinates as in the file.
     moments : Moments
         Of the `raw_values` of the whole cloud.
-    k, weight, cues, seed
-        As for `geohue.segment`.
-    settings : Preset
-        The settings.
+    question : Question
+        What is asked.
     team : Workers
         Threads to use.
     clock : StageClock
@@ -120,11 +123,17 @@ def fit(
     GeohueError
         If the sample has fewer points than segments.
     """
-    standard = Standard.of(moments, cues)
-    known, values = raw_values(xyz, scene.colors, cues)
+    k, weight, settings = question.k, question.weight, question.settings
+    standard = Standard.of(moments, question.cues)
+    known, values = raw_values(xyz, scene.colors, question.cues)
     features = standard.features(values, known)
     check_count(len(features), k)
-    prepared = PreparedScene.of(Raw(scene), features, settings, seed, team)
+    prepared = PreparedScene.of(Raw(scene), features, settings, question.seed, team)
+    if question.merges:
+        wanted = None if k == "auto" else k
+        merged, labels = merge_sample(prepared, xyz, wanted, question.detail, team, clock)
+        n = int(labels.max()) + 1 if wanted is None else wanted
+        return merged, _decision(n, merged.weight, scene, labels, [], features.notes)
     cutter = Cutter(prepared, settings.cut.k_max if k == "auto" else k)
     chooser = Chooser(prepared, cutter, cutter)
     with clock.stage("k"):
@@ -135,9 +144,22 @@ def fit(
         model = cutter.model(lam, n)
     found = model.labels(features.mixed(lam), team)
     order = _by_size(features.to_scene(found), model.k)
-    fitted = Fitted(standard, model, lam, order)
-    score = QualityMetric(scene)(features.to_scene(order[found]))
-    return fitted, Decision(n, lam, score.total if score else None, curve, features.notes)
+    labels = features.to_scene(order[found])
+    return FittedCut(standard, model, lam, order), _decision(
+        n, lam, scene, labels, curve, features.notes
+    )
+
+
+def _decision(
+    k: int,
+    weight: float,
+    scene: Scene,
+    labels: NDArray[np.int32],
+    curve: Curve,
+    notes: tuple[str, ...],
+) -> Decision:
+    score = QualityMetric(scene)(labels)
+    return Decision(k, weight, score.total if score else None, curve, notes)
 
 
 def _by_size(labels: NDArray[np.int32], k: int) -> NDArray[np.int32]:

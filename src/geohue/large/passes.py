@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.large.fit import Fitted
+from geohue.large.fit import Fitted, segments_of
 from geohue.large.moments import Moments, merge
 from geohue.large.sample import SAMPLE_ROW
 from geohue.large.vectors import raw_values
@@ -71,7 +71,7 @@ class Target:
     start : int
         Byte at which the first row begins.
     row : numpy.dtype
-        Of the fields that there are: label, scalar_label, xyz, rgb.
+        Of the fields that there are: region, label, scalar_label, xyz, rgb.
     """
 
     path: Path
@@ -114,13 +114,14 @@ class LabelJob:
 
 
 def label(job: LabelJob) -> list[int]:
-    """Write the labels of a stretch; returns how many points each segment has, none last."""
-    counts = np.zeros(job.fitted.model.k + 1, np.int64)
+    """Write the labels of a stretch; returns how many points each part has, none last."""
+    counts = np.zeros(len(job.fitted.order) + 1, np.int64)
     for start, (xyz, rgb) in _blocks(job.source, job.start, job.stop):
-        labels = job.fitted.labels(xyz, rgb)
-        counts += np.bincount(np.where(labels < 0, len(counts) - 1, labels), minlength=len(counts))
+        parts = job.fitted.parts(xyz, rgb)
+        labels = segments_of(job.fitted, parts)
+        counts += np.bincount(np.where(parts < 0, len(counts) - 1, parts), minlength=len(counts))
         for target in job.targets:
-            target.write(start, label=labels, scalar_label=labels, xyz=xyz, rgb=rgb)
+            target.write(start, region=parts, label=labels, scalar_label=labels, xyz=xyz, rgb=rgb)
     return counts.tolist()
 
 

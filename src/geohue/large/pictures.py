@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.large.fit import Fitted
+from geohue.large.fit import Fitted, segments_of
 from geohue.large.result import FileSegmentation
 from geohue.results.curve import draw_weight_curve
 from geohue.results.picture import picture
@@ -19,7 +19,7 @@ from geohue.settings import PAPER_METHOD
 
 def draw(folder: Path, sample: NDArray[np.void], fitted: Fitted, result: FileSegmentation) -> None:
     """Write ``overlay.png`` and ``weight_curve.png`` as `geohue.results.outputs` does."""
-    labels = fitted.labels(sample["xyz"], sample["rgb"])
+    labels = segments_of(fitted, fitted.parts(sample["xyz"], sample["rgb"]))
     scene = Scene.from_cloud(sample["xyz"], sample["rgb"])
     write_png(folder / "overlay.png", picture(scene, labels))
     if len(result.weight_curve) < 2:

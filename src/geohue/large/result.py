@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from geohue._version import __version__
+from geohue.merge.levels import Detail
 from geohue.segmentation.words import weight_in_words
 from geohue.settings import PAPER_METHOD
 from geohue.weight.search import Curve
@@ -27,7 +28,8 @@ class FileSegmentation:
     sizes : tuple of int
         Points of each segment. Segments are numbered by their size in the sample.
     weight : float
-        The paper's lambda that was used.
+        The paper's lambda that was used; where regions were merged, that of the voter whose maps
+        are most like the segments.
     quality : float or None
         Q of eq. 17 on the sample.
     weight_curve : list of (float, float)
@@ -40,6 +42,12 @@ class FileSegmentation:
         Seconds for each stage and in all, in the last run if there were several.
     warnings : tuple of str
         What the user should know of the input or the result.
+    detail : float, str or None
+        How fine the level is that the labels are; None for a cut, and where `k` was given.
+    levels : dict or None
+        Where regions were merged: ``n``, the number of nested segmentations, and ``segments``,
+        pairs of a degree of detail and its number of segments. ``levels.npz`` beside the labels
+        has the segmentations.
     """
 
     labels_file: Path
@@ -55,6 +63,8 @@ class FileSegmentation:
     n_sample: int
     timings: dict[str, float]
     warnings: tuple[str, ...] = ()
+    detail: Detail | None = None
+    levels: dict[str, Any] | None = None
 
     def summary(self) -> dict[str, Any]:
         """Return all of it, ready for JSON (a weight not finite becomes None)."""
@@ -69,6 +79,8 @@ class FileSegmentation:
             "weight_in_words": weight_in_words(self.weight),
             "quality": self.quality,
             "weight_curve": [[float(w), float(q)] for w, q in self.weight_curve],
+            "detail": self.detail,
+            "levels": self.levels,
             "n_points": self.n_points,
             "n_labelled": sum(self.sizes),
             "sizes": list(self.sizes),

@@ -9,25 +9,32 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from geohue._version import __version__
 from geohue.compute.parallel import cores
 from geohue.errors import GeohueError
 from geohue.features import CUES
 from geohue.jobs.lock import only_run
-from geohue.large.fit import Decision, Fitted
+from geohue.large.fit import Decision, Fitted, FittedCut
+from geohue.large.levels import counted, plan_regions, write_levels
 from geohue.large.memory import parse_memory, processes_within
+from geohue.large.merged import MergedRegions
 from geohue.large.pictures import draw
+from geohue.large.question import Question
 from geohue.large.result import FileSegmentation
 from geohue.large.sample import SAMPLE
-from geohue.large.stages import JobRunner, Progress, Question, decide, label_all, measure_all
+from geohue.large.stages import JobRunner, Progress, decide, label_all, measure_all
 from geohue.large.state import State, has_state
 from geohue.large.targets import part_of, plan_targets, publish, write_las_files
+from geohue.merge.levels import Detail
+from geohue.merge.tree import MergeTree
 from geohue.read.clouds.chunk import Chunks
 from geohue.read.clouds.chunks import open_chunks
 from geohue.read.files import broken, read_bytes
 from geohue.results.folder import IN_PIECES, check_result_folder
 from geohue.results.numbering import numbering
-from geohue.segmentation.arguments import SegmentArguments, Weight
+from geohue.segmentation.arguments import Weight
 from geohue.segmentation.choice import shortfalls
 from geohue.segmentation.result import StageClock
 from geohue.settings import Preset, preset_named
@@ -38,10 +45,11 @@ def segment_file(
     out: str | Path,
     k: int | Literal["auto"] = "auto",
     weight: Weight = "auto",
-    preset: str | Preset = "paper",
+    preset: str | Preset = "best",
     cues: str = "fusion",
     seed: int = 0,
     *,
+    detail: Detail = "auto",
     memory: str | int | None = None,
     processes: int | None = None,
     scheduler: str | None = None,
@@ -54,20 +62,19 @@ def segment_file(
     """Split a coloured cloud of any size into its parts.
 
     The first pass over the file gathers the moments of colour and geometry (eq. 3, 4; exact) and
-    a random sample of 100,000 points; k, weight and the cut are found on the sample; the second
-    pass labels every point. With no more points than the sample, the labels are those of
-    `geohue.segment`, but for the presets "best" and "fast": regions are not merged in pieces, the
-    cut is the paper's and its weight that of `weight_by_agreement`. The labels depend neither on
-    `memory` nor on where the passes run.
+    a random sample of 100,000 points; the votes and the tree of merged regions, or for the paper's
+    method k, weight and the cut, are found on the sample; the second pass labels every point. With
+    no more points than the sample, the labels are those of `geohue.segment`. They depend neither
+    on `memory` nor on where the passes run.
 
     Parameters
     ----------
     path : str or Path
         The cloud: LAS, LAZ, binary PLY, or NPY with rows x, y, z, red, green, blue.
     out : str or Path
-        Folder that receives ``labels.npy`` (int32, -1 for points without coordinates) and
-        ``result.json``.
-    k, weight, preset, cues, seed
+        Folder that receives ``labels.npy`` (int32, -1 for points without coordinates),
+        ``result.json`` and, where regions were merged, ``levels.npz``.
+    k, weight, preset, cues, seed, detail
         As for `geohue.segment`.
     memory : str or int, optional
         Bound on the memory of all processes together, such as ``"2GB"``.
@@ -78,7 +85,7 @@ def segment_file(
         Address of a dask scheduler whose workers do the passes; they must see the same files.
     resume : bool
         Go on with a run in `out` that was killed; finished stretches are not done again. With
-        another k, weight, preset or format, those of the first pass are not.
+        another k, weight, preset, detail or format, those of the first pass are not.
     formats : sequence of str
         More files: ``"ply"``, ``"las"`` or ``"laz"`` for ``segmented.ply`` and so on. LAS and LAZ
         of a LAS or LAZ file keep all that is in it.
@@ -109,7 +116,7 @@ def segment_file(
     >>> result.sizes, np.load(result.labels_file)[::300].tolist()
     ((300, 300), [0, 1])
     """
-    question = Question(k, weight, preset_named(preset), cues, seed)
+    question = Question(k, weight, preset_named(preset), cues, seed, detail)
     _check(question, processes)
     allowed = None if memory is None else parse_memory(memory)
     runner = JobRunner(processes_within(allowed, processes or cores()), scheduler, progress)
@@ -129,10 +136,16 @@ def segment_file(
             moments = measure_all(source, state, question, runner)
         fitted, decision = decide(source, state, moments, question, clock, runner)
         with clock.stage("label"):
-            counts = label_all(source, state, fitted, targets, runner)
+            regions = {} if isinstance(fitted, FittedCut) else plan_regions(state.folder)
+            counts = label_all(source, state, fitted, targets | regions, runner)
+        tree, others = None, state.fresh_folder()
+        if isinstance(fitted, MergedRegions):
+            with clock.stage("levels"):
+                ((target, _),) = regions.values()
+                sizes = np.array(counts[:-1])
+                tree = write_levels(others / LEVELS, target, source.n_points, sizes, fitted.tree)
         name = preset if isinstance(preset, str) else "custom"
-        result = _result(folder, source, question, name, fitted, decision, counts, clock)
-        others = state.fresh_folder()
+        result = _result(folder, source, question, name, fitted, decision, counts, tree, clock)
         if not lean:
             draw(others, state.sample(), fitted, result)
         labels = next(iter(targets))
@@ -146,15 +159,15 @@ def segment_file(
         return result
 
 
-RESULT = "result.json"
+RESULT, LEVELS = "result.json", "levels.npz"
 
 
 def _check(question: Question, processes: int | None) -> None:
-    SegmentArguments(k=question.k, weight=question.weight, seed=question.seed)  # checks them
-    if question.weight in ("consensus", "merge"):
+    question.arguments()  # checks them
+    if question.weight == "consensus":
         raise GeohueError(
-            f'weight="{question.weight}" needs the whole cloud in memory, and this one goes '
-            'through in pieces: choose weight="agreement"'
+            'weight="consensus" needs the whole cloud in memory, and this one goes through in '
+            'pieces: choose weight="merge" or "agreement"'
         )
     if question.cues not in CUES:
         raise GeohueError(f"cues {question.cues!r}: choose one of {', '.join(CUES)}")
@@ -186,9 +199,12 @@ def _result(
     fitted: Fitted,
     decision: Decision,
     counts: list[int],
+    tree: MergeTree | None,
     clock: StageClock,
 ) -> FileSegmentation:
-    sizes = tuple(counts[:-1])
+    # Bins of whole numbers below 2^53: exact as floats.
+    points = np.bincount(fitted.order, weights=counts[:-1])
+    sizes = tuple(int(size) for size in points)
     found = sum(size > 0 for size in sizes)
     return FileSegmentation(
         folder / "labels.npy",
@@ -204,6 +220,8 @@ def _result(
         min(SAMPLE, source.n_points),
         clock.timings(),
         (*decision.notes, *shortfalls(found, decision.k, False)),
+        question.detail if tree is not None and question.k == "auto" else None,
+        None if tree is None else counted(tree),
     )
 
 
@@ -232,4 +250,6 @@ def _finished(folder: Path, identity: dict[str, Any]) -> FileSegmentation | None
         content["n_sample"],
         content["timings_s"],
         tuple(content["warnings"]),
+        content["detail"],
+        content["levels"],
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,15 +15,14 @@ from geohue.jobs.pool import Outcome, run_jobs
 from geohue.large.fit import Decision, Fitted, fit
 from geohue.large.moments import Moments, merge
 from geohue.large.passes import JOB, LabelJob, MeasureJob, Target, label, measure
+from geohue.large.question import Question
 from geohue.large.sample import SAMPLE, sample_positions
 from geohue.large.state import State
 from geohue.large.targets import clear_parts, prepare
 from geohue.read.clouds.chunk import Chunks
 from geohue.read.files import broken
 from geohue.scene import Scene
-from geohue.segmentation.arguments import Weight
 from geohue.segmentation.result import StageClock
-from geohue.settings import Preset
 
 WORTH = 10
 """Stretches that pay for the start of a process: it takes as long as five of them."""
@@ -33,25 +32,6 @@ Progress = Callable[[str, int, int], None]
 
 Job = TypeVar("Job", MeasureJob, LabelJob)
 Result = TypeVar("Result")
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    """What is asked of a cloud: everything that its labels depend on.
-
-    Attributes
-    ----------
-    k, weight, cues, seed
-        As for `geohue.segment`.
-    settings : Preset
-        The settings.
-    """
-
-    k: int | Literal["auto"]
-    weight: Weight
-    settings: Preset
-    cues: str
-    seed: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +116,7 @@ def decide(
     clock: StageClock,
     runner: JobRunner,
 ) -> tuple[Fitted, Decision]:
-    """Fit the cut on the sample, or return the one that was."""
+    """Decide on the sample, or return what was decided."""
     kept = state.fit()
     if kept is not None:
         return kept
@@ -148,18 +128,7 @@ def decide(
         raise broken(source.path, "has (almost) no point with finite coordinates; export it again")
     scene = Scene.from_cloud(sample["xyz"], sample["rgb"])
     with workers() as team:
-        fitted, decision = fit(
-            scene,
-            sample["xyz"],
-            moments,
-            question.k,
-            question.weight,
-            question.settings,
-            question.cues,
-            question.seed,
-            team,
-            clock,
-        )
+        fitted, decision = fit(scene, sample["xyz"], moments, question, team, clock)
     state.keep_fit(fitted, decision)
     runner.tell("fit", source.n_points, source.n_points)
     return fitted, decision
@@ -172,7 +141,7 @@ def label_all(
     targets: dict[Path, tuple[Target, bytes]],
     runner: JobRunner,
 ) -> list[int]:
-    """Label every stretch that was not; returns the points of each segment, and of none last."""
+    """Label every stretch that was not; returns the points of each part, and of none last."""
     done = state.labelled()
     starts = [start for start, _ in stretches(source.n_points)]
     parts = [target for target, _ in targets.values()]

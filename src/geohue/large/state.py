@@ -17,7 +17,8 @@ from geohue.errors import GeohueError
 from geohue.jobs.ledger import Ledger
 from geohue.jobs.run import has_rows
 from geohue.large.arrays import from_arrays, to_arrays
-from geohue.large.fit import Decision, Fitted
+from geohue.large.fit import Decision, Fitted, FittedCut
+from geohue.large.merged import MergedRegions
 from geohue.large.moments import Moments
 from geohue.large.sample import SAMPLE_ROW
 from geohue.read.files import broken, read_bytes, reason
@@ -29,8 +30,9 @@ STATE = "state"
 _SETTINGS = "run.json"
 _MEASURED, _LABELLED, _SAMPLE, _FIT = "measured.csv", "labelled.csv", "sample.bin", "fit.npz"
 _FILES = (_MEASURED, _LABELLED, _SAMPLE, _FIT)
-_FITTING = ("k", "weight", "settings")  # settings on which the first pass does not depend
+_FITTING = ("k", "weight", "settings", "detail")  # settings on which the first pass does not depend
 _WRITING = ("formats",)  # nor does the cut
+_KINDS: dict[str, type[Fitted]] = {"cut": FittedCut, "merged": MergedRegions}
 
 
 def has_state(out: Path) -> bool:
@@ -50,7 +52,7 @@ class State:
         labels depend on.
     resume : bool
         Whether to go on with a run that is there. What was measured is kept for another k, weight,
-        preset or format; what these change is done again.
+        preset, detail or format; what these change is done again.
 
     Raises
     ------
@@ -120,13 +122,15 @@ class State:
                 content = json.loads(str(arrays["decision"]))
                 curve = [(weight, value) for weight, value in content.pop("curve")]
                 notes = tuple(content.pop("notes"))
-                return from_arrays(Fitted, arrays), Decision(**content, curve=curve, notes=notes)
+                fitted = from_arrays(_KINDS[content.pop("kind")], arrays)
+                return fitted, Decision(**content, curve=curve, notes=notes)
         except (ValueError, KeyError, TypeError, EOFError, OSError, BadZipFile) as error:
             raise broken(file, f"is damaged ({reason(error)}); remove it and resume") from error
 
     def keep_fit(self, fitted: Fitted, decision: Decision) -> None:
         """Keep what was fitted."""
-        text = np.array(json.dumps(asdict(decision)))
+        kind = next(name for name, kind in _KINDS.items() if isinstance(fitted, kind))
+        text = np.array(json.dumps(asdict(decision) | {"kind": kind}))
         with atomic_write(self.folder / _FIT) as temporary:
             np.savez(temporary, decision=text, **to_arrays(fitted))  # type: ignore[arg-type]
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,9 +71,7 @@ def carry(
         return full if cues == "color" else np.where(scene.valid, full, np.int32(-1))
     full = np.full(scene.size, -1, np.int32)
     index = np.flatnonzero(scene.valid)
-    if cues == "geometry":
-        scene = replace(scene, colors=np.zeros_like(scene.colors))
-    full[index] = _carry_to_points(regions, draft, index, scene, workers)
+    full[index] = _carry_to_points(regions, draft, index, scene, workers, cues)
     return full
 
 
@@ -87,29 +86,73 @@ def _values(scene: Scene, cues: Cues, lab: NDArray[np.float32] | None) -> NDArra
     return values
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Examples:
+    """Points of a draft that give their regions to the points of a cloud around them.
+
+    Attributes
+    ----------
+    places : (m, 3) float64
+        Where they lie.
+    colors : (m, 3) float32
+        sRGB, 0 to 255; zeros where colour takes no part.
+    regions : (m,) int32
+        Their regions.
+    spacing : float
+        Median distance of neighbours among them, 0 for a single one.
+    """
+
+    places: NDArray[np.float64]
+    colors: NDArray[np.float32]
+    regions: Labels
+    spacing: float
+
+    @classmethod
+    def of(
+        cls, points: NDArray[np.float32], colors: NDArray[np.uint8], regions: Labels, cues: Cues
+    ) -> Examples:
+        """Make examples of the points of a draft, (m, 3), and their colours and regions."""
+        from scipy.spatial import cKDTree
+
+        places, spacing = points.astype(np.float64), 0.0
+        if len(places) > 1:
+            found = cKDTree(places).query(places, 2)
+            spacing = float(np.median(np.asarray(found[0])[:, 1]))
+        return cls(places, _seen(colors, cues), regions, spacing)
+
+    def taker(self, cues: Cues) -> Callable[[NDArray[np.float32], NDArray[np.uint8]], Labels]:
+        """Return what gives points, (M, 3) finite, and their colours their regions, (M,)."""
+        from scipy.spatial import cKDTree
+
+        tree, k = cKDTree(self.places), min(NEAREST, len(self.places))
+
+        def take(points: NDArray[np.float32], colors: NDArray[np.uint8]) -> Labels:
+            found = tree.query(points, k)
+            away, near = (np.asarray(part).reshape(len(points), k) for part in found)
+            step = ((self.colors[near] - _seen(colors, cues)[:, None]) ** 2).sum(axis=-1)
+            cost = (away / (self.spacing or 1.0)) ** 2 + step / COLOR_UNIT**2
+            return np.asarray(self.regions[near[np.arange(len(points)), cost.argmin(axis=1)]])
+
+        return take
+
+
+def _seen(colors: NDArray[np.uint8], cues: Cues) -> NDArray[np.float32]:
+    seen = colors.astype(np.float32)
+    return np.zeros_like(seen) if cues == "geometry" else seen
+
+
 def _carry_to_points(
     regions: Labels,
     draft: NDArray[np.int64],
     index: NDArray[np.int64],
     scene: Scene,
     workers: Workers,
+    cues: Cues,
 ) -> Labels:
-    from scipy.spatial import cKDTree
+    take = Examples.of(scene.points[draft], scene.colors[draft], regions, cues).taker(cues)
 
-    places = scene.points[draft].astype(np.float64)
-    colors = scene.colors[draft].astype(np.float32)
-    tree = cKDTree(places)
-    k = min(NEAREST, len(draft))
-    spacing = 0.0
-    if len(draft) > 1:
-        spacing = float(np.median(np.asarray(tree.query(places, 2)[0])[:, 1]))
-
-    def take(block: slice) -> Labels:
+    def at(block: slice) -> Labels:
         here = index[block]
-        found = tree.query(scene.points[here], k)
-        away, near = (np.asarray(part).reshape(len(here), k) for part in found)
-        step = ((colors[near] - scene.colors[here].astype(np.float32)[:, None]) ** 2).sum(axis=-1)
-        cost = (away / (spacing or 1.0)) ** 2 + step / COLOR_UNIT**2
-        return np.asarray(regions[near[np.arange(len(here)), cost.argmin(axis=1)]])
+        return take(scene.points[here], scene.colors[here])
 
-    return np.concatenate(list(workers.map_blocks(take, len(index), _BLOCK)))
+    return np.concatenate(list(workers.map_blocks(at, len(index), _BLOCK)))

@@ -16,6 +16,7 @@ from geohue.merge.greedy import merge_all
 from geohue.merge.normals import cloud_normals, grid_normals
 from geohue.merge.oversegment import SMALLEST, K, oversegment
 from geohue.merge.score import Cues, color_share, constants
+from geohue.merge.smooth import average
 from geohue.merge.table import tabulate
 from geohue.merge.tree import MergeTree
 from geohue.regions.graph import PairGraph
@@ -145,7 +146,7 @@ def draft_evidence(
     lab = lab_of(draft.colors).astype(np.float64)
     if not features.uses("color"):
         lab[:] = 0
-    blurred = _blurred(lab) if draft.is_grid else lab
+    blurred = _blurred(lab) if draft.is_grid else _averaged(lab, one, other)
     points, depth = _points(graph, features)
     normals = grid_normals(points) if draft.is_grid else cloud_normals(points)
     flat = [cut.reshape(-1) for cut in cuts]
@@ -186,6 +187,19 @@ def _steps(
         near = graph.near.reshape(-1)
         one, other = near[one], near[other]
     return balanced_steps(features, one, other).astype(np.float64)
+
+
+def _averaged(lab: Floats, one: NDArray[np.int64], other: NDArray[np.int64]) -> Floats:
+    """The mean of each point of a cloud and its neighbours: colours of single points are noisy."""
+    n, into = len(lab), np.empty_like(lab)
+    average(
+        lab,
+        one,
+        other,
+        1.0 / (1 + np.bincount(one, minlength=n) + np.bincount(other, minlength=n)),
+        into,
+    )
+    return into
 
 
 def _blurred(lab: Floats) -> Floats:

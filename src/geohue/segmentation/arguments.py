@@ -9,6 +9,7 @@ import numpy as np
 
 from geohue.errors import GeohueError
 from geohue.merge.levels import Detail, threshold_of
+from geohue.merge.reunite import check_reunite
 from geohue.scene import Scene
 from geohue.segmentation.clusterers import check_method
 from geohue.settings import PAPER_METHOD, Preset, preset_named
@@ -31,7 +32,7 @@ class SegmentArguments:
 
     Attributes
     ----------
-    k, weight, preset, cues, method, seed, detail, components, fill
+    k, weight, preset, cues, method, seed, detail, components, reunite, fill
         As of `geohue.segment`.
 
     Raises
@@ -58,6 +59,7 @@ class SegmentArguments:
     seed: int = 0
     detail: Detail = "auto"
     components: bool = False
+    reunite: bool = False
     fill: bool = True
 
     def __post_init__(self) -> None:
@@ -86,6 +88,8 @@ class SegmentArguments:
         """Raise `GeohueError` if the scene is not of the kind that these need."""
         if self.components and not scene.is_grid:
             raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
+        if self.reunite:
+            check_reunite(scene)
         check_method(self.method, self.cues, scene.is_grid)
 
     def as_dict(self) -> dict[str, Any]:

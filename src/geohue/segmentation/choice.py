@@ -99,7 +99,12 @@ class Chooser:
         return self.prepared.settings.weight
 
     def _rule(self, weight: Weight) -> object:
-        return self._settings.rule if weight == "auto" else weight
+        if weight != "auto":
+            return weight
+        own = self._settings.rule
+        compared = self.splitter is not self.cutter
+        # A system is compared as in the paper, where the preset goes on from the paper's method.
+        return "quality" if compared and own in ("consensus", "merge") else own
 
     def _fixed(self, weight: Weight) -> float | None:
         """Return the weight if it need not be searched, NaN if the method has none."""

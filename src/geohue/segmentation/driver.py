@@ -10,6 +10,7 @@ from geohue.consensus import spread
 from geohue.fill.gaps import fill_gaps
 from geohue.fill.unseen import label_unseen
 from geohue.merge.levels import Detail
+from geohue.merge.reunite import reunite as reunite_parts
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene, prepare_scene
 from geohue.regions.images import connected_components
@@ -35,6 +36,7 @@ def segment(
     *,
     detail: Detail = "auto",
     components: bool = False,
+    reunite: bool = False,
     fill: bool = True,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -71,6 +73,9 @@ def segment(
         (`geohue.merge.levels.threshold_of`).
     components : bool
         Whether each connected piece of a segment becomes a segment of its own (grids only).
+    reunite : bool
+        Whether parts of one surface that something in front of it has cut apart become one segment
+        (`geohue.merge.reunite`; frames with depth only).
     fill : bool
         Whether pixels without depth get a label too (grids only).
     threads : int, optional
@@ -106,6 +111,7 @@ def segment(
         seed=seed,
         detail=detail,
         components=components,
+        reunite=reunite,
         fill=fill,
     )
     asked.check_scene(scene)
@@ -128,13 +134,19 @@ def segment(
         labels, _ = relabel(connected_components(found.labels) if components else found.labels)
     n_found = int(labels.max()) + 1
     notes = [*scene.warnings, *prepared.features.notes]
+    if reunite:
+        with clock.stage("reunite"):
+            labels = reunite_parts(labels, scene)
     if found.wanted is None and n_found == 1:
         notes += shortfalls(1, 1, components)
     elif found.wanted is not None:
         notes += shortfalls(n_found, found.wanted, components)
+    n_named = int(labels.max()) + 1
+    if n_named < n_found:
+        notes.append(f"{n_found} segments are {n_named} surfaces: parts were reunited")
     return Segmentation(
         labels,
-        n_found,
+        n_named,
         found.weight,
         score.total if score else None,
         found.curve,

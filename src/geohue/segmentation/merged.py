@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from geohue.merge.branching import find_branches
 from geohue.merge.carry import carry
 from geohue.merge.draft import cues_of, merge_draft, merge_limbs
 from geohue.merge.levels import Detail, threshold_of
+from geohue.merge.score import Cues
 from geohue.merge.tree import MergeTree
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene
@@ -23,6 +25,34 @@ from geohue.segmentation.result import StageClock
 from geohue.weight.likeness import distances_from
 
 Labels = NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MergedDraft:
+    """The draft of a scene in its regions.
+
+    Attributes
+    ----------
+    prepared : PreparedScene
+        The scene; the points of its draft all have a region.
+    cues : {"fusion", "color", "geometry"}
+        What the regions go by.
+    regions : int32, shape of the draft
+        Fine regions 0..R-1.
+    tree : MergeTree
+        Their merges.
+    chosen : (R,) int32
+        The segment of each region in the level that was asked for.
+    weight : float
+        The paper's lambda of the voter whose maps are most like these segments.
+    """
+
+    prepared: PreparedScene
+    cues: Cues
+    regions: Labels
+    tree: MergeTree
+    chosen: Labels
+    weight: float
 
 
 def merge_scene(
@@ -47,6 +77,20 @@ def merge_scene(
     -------
     Outcome
     """
+    draft = merge_points(prepared, k, detail, clock)
+    prepared, cues = draft.prepared, draft.cues
+    with clock.stage("borders"):
+        lab = prepared.raw.lab if prepared.scene.is_grid and cues != "geometry" else None
+        here = prepared.positions, prepared.scene, prepared.workers
+        full = carry(draft.regions, draft.chosen, *here, cues, lab)
+        full, tree = _shown(full, draft.tree)
+    return Outcome(full, draft.weight, [], k, level_of(tree, k, detail), tree)
+
+
+def merge_points(
+    prepared: PreparedScene, k: int | None, detail: Detail, clock: StageClock
+) -> MergedDraft:
+    """Do all of `merge_scene` that takes place on the draft; the arguments are the same."""
     prepared = placed(prepared)
     settings, features = prepared.settings, prepared.draft_features
     cues, smallest = cues_of(features), settings.consensus.smallest
@@ -60,17 +104,13 @@ def merge_scene(
             regions, tree = merge_draft(graph, features, maps, k or 1)
         else:
             regions, tree = limbs, merge_limbs(graph, features, limbs)
-        chosen = _level(tree, k, detail)
+        chosen = level_of(tree, k, detail)
         weight = math.inf if limbs is not None else _most_like(chosen[regions], weights, maps)
-    with clock.stage("borders"):
-        lab = prepared.raw.lab if prepared.scene.is_grid and cues != "geometry" else None
-        here = prepared.positions, prepared.scene, prepared.workers
-        full = carry(regions, chosen, *here, cues, lab)
-        full, tree = _shown(full, tree)
-    return Outcome(full, weight, [], k, _level(tree, k, detail), tree)
+    return MergedDraft(prepared, cues, regions, tree, chosen, weight)
 
 
-def _level(tree: MergeTree, k: int | None, detail: Detail) -> Labels:
+def level_of(tree: MergeTree, k: int | None, detail: Detail) -> Labels:
+    """Return the segment of each region: of the level with k segments, else of the detail."""
     return tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
 
 

@@ -30,7 +30,7 @@ class WeightSettings:
         What chooses the weight: the highest Q (Sec. IV), or `weight_by_agreement`. Or nothing: with
         "consensus" what `find_consensus` says is taken where K is not given and the scene is a
         grid, with "merge" regions are merged on all the evidence (`geohue.merge`); elsewhere
-        "agreement" serves.
+        "agreement" serves, for the compared systems the highest Q as in the paper.
     weights, refinements : tuple of float
         Weights tried first, and the steps around the best (`search_weight`).
     compared : tuple of float
