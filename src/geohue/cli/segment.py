@@ -50,9 +50,10 @@ def segment(
         reason = asked[0] if asked else "reading in pieces (the cloud does not fit in memory)"
         options.check_pieces(reason, given, how, threads=threads is not None)
         warn([] if note is None else [note])
-        place = processes, scheduler
-        written = options.names_of(formats), lean, overwrite
-        segment_pieces(given.source, out, how, memory, *place, resume, *written, as_json)
+        names, place = options.names_of(formats), (processes, scheduler)
+        segment_pieces(
+            given.source, out, how, memory, *place, resume, names, lean, overwrite, as_json
+        )
         return
     folder = Path("geohue-out") if out is None and not as_json else out
     if folder is not None:
