@@ -10,7 +10,7 @@ import pytest
 from geohue.cli.app import run
 from geohue.results import write_png
 
-IMAGE = np.tile(np.uint8([[[0, 0, 0], [250, 9, 9]]]), (20, 10, 1))
+IMAGE = np.tile(np.array([[[0, 0, 0], [250, 9, 9]]], np.uint8), (20, 10, 1))
 
 
 @pytest.fixture

@@ -287,7 +287,7 @@ def test_too_many_segments_do_not_lock_a_run(
     np.save(tmp_path / "a.npy", table(xyz, rgb))
     given = ["segment", str(tmp_path / "a.npy"), "-o", str(tmp_path / "out"), "--processes", "1"]
     assert command([*given, "-k", "9"]) == 2
-    assert "5 usable point(s) cannot form 9 segments: lower k" in capsys.readouterr().err
+    assert "5 usable point(s) cannot form 9 segments: lower -k" in capsys.readouterr().err
     assert command([*given, "-k", "2", "--resume"]) == 0
     assert _outcome(tmp_path / "out")["k"] == 2
 

@@ -63,8 +63,8 @@ def assert_unchanged(before: Path, after: Path, labels: NDArray[np.int32]) -> No
         if name != "segment_id":
             np.testing.assert_array_equal(np.asarray(one[name]), np.asarray(other[name]), name)
     np.testing.assert_array_equal(other["segment_id"], labels)
-    kept = ("scales", "offsets", "mins", "maxs", "uuid", "version", "creation_date", "point_count")
-    kept += ("system_identifier", "generating_software", "number_of_points_by_return")
+    kept = ["scales", "offsets", "mins", "maxs", "uuid", "version", "creation_date", "point_count"]
+    kept += ["system_identifier", "generating_software", "number_of_points_by_return"]
     for name in kept:
         np.testing.assert_array_equal(getattr(one.header, name), getattr(other.header, name), name)
     assert one.header.global_encoding.value == other.header.global_encoding.value

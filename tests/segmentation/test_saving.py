@@ -24,7 +24,9 @@ from geohue.segmentation.words import weight_from, weight_in_words
 @pytest.fixture(scope="module")
 def stripes() -> Scene:
     """Three boxes in a row, with depth."""
-    rgb = np.repeat(np.uint8([[200, 60, 50], [60, 160, 70], [70, 80, 190]]), 20, axis=0)[None]
+    rgb = np.repeat(np.array([[200, 60, 50], [60, 160, 70], [70, 80, 190]], np.uint8), 20, axis=0)[
+        None
+    ]
     depth = np.repeat([1.0, 1.5, 2.0], 20)[None].repeat(40, 0)
     noise = np.random.default_rng(0).integers(0, 9, (40, 60, 3)).astype(np.uint8)
     return Scene.from_rgbd(rgb.repeat(40, 0) + noise, depth)
@@ -196,11 +198,13 @@ def test_votes_along_the_borders_are_drawn(
 
 
 def test_a_border_is_as_strong_as_its_votes() -> None:
-    labels = np.int32([[2, 2, 0, 1, -1]])
+    labels = np.array([[2, 2, 0, 1, -1]], np.int32)
     found = vote_map(labels, [(0, 1, 0.5), (0, 2, 0.875)])
     assert found.tolist() == [[0, 0.875, 0.5, 0, 0]]
     # A border that no vote is known for counts as the least certain one.
-    assert vote_map(np.int32([[1, 2]]), [(0, 1, 0.5), (0, 2, 0.875)]).tolist() == [[0.5, 0]]
+    assert vote_map(np.array([[1, 2]], np.int32), [(0, 1, 0.5), (0, 2, 0.875)]).tolist() == [
+        [0.5, 0]
+    ]
 
 
 def test_one_numbering_whatever_the_file(merged: Segmentation, tmp_path: Path) -> None:

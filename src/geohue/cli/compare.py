@@ -67,6 +67,7 @@ def compare(
             "-o", "--out", metavar="DIR", help="Where results go; by default geohue-compare."
         ),
     ] = None,
+    overwrite: options.Overwrite = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Run the default and every method on one scene, and draw the results side by side.
@@ -106,7 +107,7 @@ def compare(
         from geohue.studies.compare.files import write_comparison
 
         title = f"Comparison: {given.sample or given.source}"
-        files = write_comparison(folder, scene, done, truth, title)
+        files = write_comparison(folder, scene, done, truth, title, overwrite=overwrite)
     warn([*done.warnings, *(f"{r.cell.name} failed: {r.reason}" for r in failed)])
     if as_json:
         print_json(done.summary())

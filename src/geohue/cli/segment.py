@@ -50,8 +50,7 @@ def segment(
         reason = asked[0] if asked else "reading in pieces (the cloud does not fit in memory)"
         options.check_pieces(reason, given, how, threads=threads is not None)
         warn([] if note is None else [note])
-        place = processes, scheduler
-        names = options.names_of(formats)
+        names, place = options.names_of(formats), (processes, scheduler)
         segment_pieces(
             given.source, out, how, memory, *place, resume, names, lean, overwrite, as_json
         )

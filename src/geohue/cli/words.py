@@ -28,7 +28,7 @@ _PATTERNS = (
     (re.compile(r"\b(leave out|or) the (detail|method|preset)\b"), r"\1 --\2"),
     (re.compile(r"\b(leave out|or) the weight\b"), r"\1 --lambda"),
     (re.compile(rf"\ba weight of {_VALUE}"), r"--lambda \1"),
-    (re.compile(r"\b(or|not) '([-+.\w]+)'"), r"\1 \2"),
+    (re.compile(r"\b(or|not|choose) '([-+.\w]+)'"), r"\1 \2"),
 )
 
 

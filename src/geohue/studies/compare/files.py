@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.results.atomic import atomic_write
+from geohue.results.folder import COMPARISON, whole_folder
 from geohue.results.labels import write_labels
 from geohue.results.png import write_png
 from geohue.scene import Scene
@@ -29,13 +29,15 @@ def write_comparison(
     comparison: Comparison,
     truth: NDArray[np.integer] | None = None,
     title: str = "Comparison",
+    *,
+    overwrite: bool = False,
 ) -> list[Path]:
     """Write a comparison.
 
     Parameters
     ----------
     folder : str or Path
-        Made if it does not exist; files of an earlier run are replaced, each in one step.
+        Made if it does not exist; an earlier comparison in it is replaced whole.
     scene : Scene
         What was compared.
     comparison : Comparison
@@ -44,6 +46,8 @@ def write_comparison(
         True labels, 0 for none.
     title : str
         Of the page.
+    overwrite : bool
+        Whether to write into a folder that has other files than an earlier comparison.
 
     Returns
     -------
@@ -55,27 +59,25 @@ def write_comparison(
     Raises
     ------
     GeohueError
-        If the folder cannot be written to.
+        If the folder cannot be written to, or has other files.
     """
     from geohue.studies.compare.plate import arrange
     from geohue.studies.compare.views import cell_views, input_views, reference_of
 
-    target = Path(folder)
-    files = _write_labels(target / LABELS, comparison)
     inputs = input_views(scene, truth, reference_of(comparison))
     cells = cell_views(scene, comparison)
-    files.append(target / "plate.png")
-    write_png(files[-1], arrange(inputs, cells, comparison))
-    summary = json.dumps(comparison.summary(), indent=2) + "\n"
-    for name, text in (
-        ("compare.html", page(title, inputs, cells, comparison)),
-        ("compare.csv", table(comparison)),
-        ("compare.json", summary),
-    ):
-        files.append(target / name)
-        with atomic_write(files[-1]) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="")
-    return files
+    with whole_folder(folder, COMPARISON, overwrite=overwrite) as new:
+        names = [file.relative_to(new) for file in _write_labels(new / LABELS, comparison)]
+        names.append(Path("plate.png"))
+        write_png(new / names[-1], arrange(inputs, cells, comparison))
+        for name, text in (
+            ("compare.html", page(title, inputs, cells, comparison)),
+            ("compare.csv", table(comparison)),
+            (COMPARISON.mark, json.dumps(comparison.summary(), indent=2) + "\n"),
+        ):
+            names.append(Path(name))
+            (new / name).write_text(text, encoding="utf-8", newline="")
+    return [Path(folder) / name for name in names]
 
 
 def table(comparison: Comparison) -> str:
