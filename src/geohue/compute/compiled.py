@@ -11,16 +11,20 @@ from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 from numba import njit
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
+from numba.extending import register_jitable
 
 from geohue.compute.first_run import announce
 from geohue.errors import GeohueWarning
 
 _F = TypeVar("_F", bound=Callable[..., Any])
+
+_parts: set[Callable[..., Any]] = set()
 
 
 class _Announcer(event.Listener):
@@ -37,7 +41,12 @@ event.register("numba:compile", _Announcer())
 
 
 def kept_on_disk(function: _F, **options: Any) -> _F:
-    """Compile with numba's `options`; without a folder to write to, at every run anew."""
+    """Compile with numba's `options`; without a folder to write to, at every run anew.
+
+    Left out is what costs time to compile and is of no use here: an entry for C, and the checks
+    of every division, which is by 0 nowhere and would give inf or NaN.
+    """
+    options = {"no_cfunc_wrapper": True, "error_model": "numpy"} | options
     try:
         kept = njit(cache=True, nogil=True, **options)(function)
         _also_depend(kept, _inlined(function))
@@ -80,6 +89,7 @@ def _inlined(function: Callable[..., Any]) -> str:
         # Numba looks after the function's own file.
         parts[file] = repr(sorted(constants)) + ("" if current is function else _content(file))
         waiting += [value.py_func for value in names.values() if isinstance(value, Dispatcher)]
+        waiting += [v for v in names.values() if isinstance(v, FunctionType) and v in _parts]
     return sha256(repr(sorted(parts.items())).encode()).hexdigest()
 
 
@@ -95,6 +105,17 @@ def _content(file: str) -> str:
         return sha256(Path(file).read_bytes()).hexdigest()
     except OSError:  # not a file, as in a notebook: numba keeps nothing of it either
         return ""
+
+
+def within_loops(function: _F, **options: Any) -> _F:
+    """Let a function be compiled into the loops that call it; for Python it stays as it is.
+
+    It gets no entry for Python and no file of its own, which would be a third of the time that it
+    takes to compile.
+    """
+    _parts.add(function)
+    given = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True}
+    return cast(_F, register_jitable(**given, no_cfunc_wrapper=True, **options)(function))
 
 
 def compiled(function: _F) -> _F:
@@ -114,3 +135,13 @@ def vectorized(function: _F) -> _F:
     reach it.
     """
     return kept_on_disk(function, forceinline=True, fastmath=True)
+
+
+def compiled_part(function: _F) -> _F:
+    """Compile what loops of `compiled` call, as part of these."""
+    return within_loops(function, forceinline=True, _nrt=False)
+
+
+def vectorized_part(function: _F) -> _F:
+    """Compile what loops of `vectorized` call, as part of these."""
+    return within_loops(function, forceinline=True, fastmath=True)

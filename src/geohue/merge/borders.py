@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled, compiled_part
 from geohue.compute.parallel import Workers
 
 Labels = NDArray[np.int32]
@@ -142,7 +142,7 @@ def label_rows(
             )
 
 
-@compiled
+@compiled_part
 def within_reach(labels: Labels, at_y: int, at_x: int, names: Labels) -> int:
     """Write the labels around a point of the draft, its own first; return how many."""
     names[0] = labels[at_y, at_x]
@@ -158,7 +158,7 @@ def within_reach(labels: Labels, at_y: int, at_x: int, names: Labels) -> int:
     return count
 
 
-@compiled
+@compiled_part
 def nearest_region(
     regions: Labels,
     labels: Labels,
@@ -180,7 +180,7 @@ def nearest_region(
     return int(best)
 
 
-@compiled
+@compiled_part
 def describe(
     labels: Labels,
     examples: Floats,
@@ -215,7 +215,7 @@ def describe(
                                 sums[k, 9] += weight
 
 
-@compiled
+@compiled_part
 def log_likelihood(
     values: Floats,
     y: int,
