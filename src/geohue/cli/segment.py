@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -111,11 +112,16 @@ def segment(
         from geohue.results.atomic import check_folder
 
         check_folder(folder)
-    with stage_bar() as begin:
+    with ExitStack() as stack, stage_bar() as begin:
         begin("loading")
+        from geohue.features.color import make_ready
+
+        make_ready()
         from geohue.results.outputs import write_results
         from geohue.segmentation.driver import segment as run
+        from geohue.segmentation.warm import compiling_ahead
 
+        stack.enter_context(compiling_ahead(preset))
         scene = options.load_scene(
             source,
             depth,

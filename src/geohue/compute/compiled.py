@@ -6,6 +6,7 @@ holds no lock: threads of `geohue.compute.parallel` run it side by side.
 
 from __future__ import annotations
 
+import gc
 import warnings
 from collections.abc import Callable
 from functools import cache
@@ -16,9 +17,11 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 from numba.core import event
+from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numba.extending import register_jitable
 
+from geohue.compute import ahead
 from geohue.compute.first_run import announce
 from geohue.errors import GeohueWarning
 
@@ -28,16 +31,63 @@ _parts: set[Callable[..., Any]] = set()
 
 
 class _Announcer(event.Listener):
-    """Says when a loop is not in the cache and has to be compiled."""
+    """Says when a loop is not in the cache and has to be compiled.
+
+    Meanwhile no garbage is looked for: there is next to none among the many objects of a compiler,
+    and looking took a twentieth of the time.
+    """
+
+    def __init__(self) -> None:
+        self._depth, self._collects = 0, False
 
     def on_start(self, event: event.Event) -> None:  # noqa: ARG002
         announce()
+        if self._depth == 0:
+            self._collects = gc.isenabled()
+            gc.disable()
+        self._depth += 1
 
-    def on_end(self, event: event.Event) -> None:
-        pass
+    def on_end(self, event: event.Event) -> None:  # noqa: ARG002
+        self._depth -= 1
+        if self._depth == 0 and self._collects:
+            gc.enable()
 
 
 event.register("numba:compile", _Announcer())
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Machine code on disk that other processes may be about to write."""
+
+    def depend_on(self, inlined: str) -> None:
+        """Make what is on disk stale when what is compiled into it from other files changes.
+
+        numba looks at the file of the function alone. Its index of a function's machine code is
+        used as long as the stamp in it, which gets the hash `inlined` here, is that on disk.
+        """
+        index = self._cache_file
+        index._source_stamp = (index._source_stamp, inlined)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load the machine code for a signature, None if there is none."""
+        found = super().load_overload(sig, target_context)
+        if found is None and ahead.wait_for(name_of(self._py_func)):
+            found = super().load_overload(sig, target_context)
+        return found
+
+    def is_empty(self) -> bool:
+        """Whether nothing is kept of this version."""
+        return not self._cache_file._load_index()
+
+
+def name_of(loop: Callable[..., Any]) -> str:
+    """Return the name that `geohue.compute.ahead` knows a loop by."""
+    return f"{loop.__module__}.{loop.__qualname__}"
+
+
+def is_missing(loop: Any) -> bool:
+    """Whether a loop is not kept on disk, but could be."""
+    return isinstance(loop._cache, _Cache) and loop._cache.is_empty()
 
 
 def kept_on_disk(function: _F, **options: Any) -> _F:
@@ -48,8 +98,9 @@ def kept_on_disk(function: _F, **options: Any) -> _F:
     """
     options = {"no_cfunc_wrapper": True, "error_model": "numpy"} | options
     try:
-        kept = njit(cache=True, nogil=True, **options)(function)
-        _also_depend(kept, _inlined(function))
+        kept = njit(nogil=True, **options)(function)
+        kept._cache = _Cache(function)
+        kept._cache.depend_on(_inlined(function))
         return cast(_F, kept)
     except RuntimeError:
         warnings.warn(
@@ -59,16 +110,6 @@ def kept_on_disk(function: _F, **options: Any) -> _F:
             stacklevel=1,
         )
         return cast(_F, njit(nogil=True, **options)(function))
-
-
-def _also_depend(kept: Any, inlined: str) -> None:
-    """Make machine code on disk stale when what is compiled into it from other files changes.
-
-    numba looks at the file of the function alone. Its index of a function's machine code is used
-    as long as the stamp in it, which gets the hash `inlined` here, is that of the index on disk.
-    """
-    index = kept._cache._cache_file
-    index._source_stamp = (index._source_stamp, inlined)
 
 
 def _inlined(function: Callable[..., Any]) -> str:
