@@ -19,6 +19,7 @@ from numba import njit
 from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
+from numba.core.runtime import rtsys
 from numba.extending import register_jitable
 
 from geohue.compute import ahead
@@ -70,10 +71,20 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load the machine code for a signature, None if there is none."""
-        found = super().load_overload(sig, target_context)
+        found = self._load(sig, target_context)
         if found is None and ahead.wait_for(name_of(self._py_func)):
-            found = super().load_overload(sig, target_context)
+            found = self._load(sig, target_context)
         return found
+
+    def _load(self, sig: Any, target_context: Any) -> Any:
+        """Load what is there without all that numba knows of compiling, as its own method would.
+
+        Machine code needs no more than the runtime to be run; the rest is a fifth of a second of
+        imports, and is made up for when something has to be compiled.
+        """
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
     def is_empty(self) -> bool:
         """Whether nothing is kept of this version."""
