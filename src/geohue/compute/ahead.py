@@ -32,17 +32,28 @@ class Helper:
     def wait_for(self, loop: str) -> bool:
         """Wait until a loop is there, or the process has ended; False if it is not owed."""
         part = self._owed.get(loop)
-        while part in self._owed.values():
-            told = self._process.stdout.readline().strip() if self._process.stdout else ""
-            if not told:
-                self._owed.clear()
-            self._owed = {name: of for name, of in self._owed.items() if of != told}
+        while part in self._owed.values() and self._next():
+            pass
         return part is not None
+
+    def _next(self) -> bool:
+        """Hear of the next part that is there; False at the end, when nothing more is owed."""
+        told = self._process.stdout.readline().strip() if self._process.stdout else ""
+        self._owed = {loop: part for loop, part in self._owed.items() if told and part != told}
+        return bool(told)
+
+    def finish(self) -> None:
+        """Wait until the process has ended."""
+        while self._next():
+            pass
+        self._process.wait()
 
     def end(self) -> None:
         """End the process, whatever it is at: what it has compiled is kept."""
         self._process.kill()
-        self._process.communicate()
+        self.finish()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
 
 
 _helpers: list[Helper] = []
@@ -51,6 +62,12 @@ _helpers: list[Helper] = []
 def wait_for(loop: str) -> bool:
     """Wait for the helper that compiles a loop; returns whether there was one."""
     return any(helper.wait_for(loop) for helper in _helpers)
+
+
+def finish() -> None:
+    """Wait for all helpers."""
+    for helper in _helpers:
+        helper.finish()
 
 
 @contextmanager

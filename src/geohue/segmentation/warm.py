@@ -1,4 +1,4 @@
-"""Every compiled loop, compiled ahead of the first user, or by several processes for a first run."""
+"""Every compiled loop, compiled ahead of the first user, or by two processes for a first run."""
 
 from __future__ import annotations
 
@@ -28,8 +28,11 @@ PARTS = {
         )
     ),
     "fill": ("geohue.fill.steps.start", "geohue.fill.steps.spread"),
+    "systems": (),
 }
-"""What a helper compiles at a time, with the names of the loops."""
+"""What a helper compiles at a time, with the names of the loops that are waited for."""
+
+_COMMAND = "from geohue.segmentation.warm import help_out; help_out()"
 
 _MERGED = (("merging", "borders", "quality"), (("merging",), ("borders", "quality")))
 _CUT = (("fill", "quality"), (("fill",), ("quality",)))
@@ -46,7 +49,7 @@ def compiling_ahead(preset: str) -> Iterator[None]:
     """
     names = _shares(preset) if _is_first(preset) else []
     shares = [{name: PARTS[name] for name in share} for share in names]
-    with ahead.helped("from geohue.segmentation.warm import help_out; help_out()", shares):
+    with ahead.helped(_COMMAND, shares):
         yield
 
 
@@ -104,11 +107,17 @@ def _compile_fill() -> None:
     fill_labels(np.array([[0, -1, 1]]), np.zeros((1, 3, 3), np.float32))
 
 
+def _compile_systems() -> None:
+    for method, baseline in BASELINES.items():
+        segment(_small_scene(), k=3, method=method, cues=baseline.cues[0])
+
+
 COMPILE: dict[str, Callable[[], None]] = {
     "merging": _compile_merging,
     "borders": _compile_borders,
     "quality": _compile_quality,
     "fill": _compile_fill,
+    "systems": _compile_systems,
 }
 """How each of `PARTS` is compiled: by its use on next to nothing."""
 
@@ -119,17 +128,24 @@ def compile_all() -> None:
     For images of machines and the like: what is compiled is kept in the folder that
     ``NUMBA_CACHE_DIR`` names, else beside the code, else in the user's cache.
     """
+    scene = _small_scene()
+    shares = [{"systems": PARTS["systems"]}] if cores() > 1 else []
+    with ahead.helped(_COMMAND, shares):
+        for preset in PRESETS:
+            segment(scene, preset=preset)
+            segment(scene, k=3, preset=preset)
+        points = Scene.from_cloud(scene.points[scene.valid], scene.colors[scene.valid])
+        segment(points, k=3)
+        ahead.finish()
+    _compile_systems()
+
+
+def _small_scene() -> Scene:
+    """Three planes with a gap, and a point far from all others, which takes a loop of its own."""
     part = np.arange(48) // 16
     rgb = np.random.default_rng(0).integers(0, 40, (36, 48, 3), np.uint8)
     rgb[..., 0] += (60 * part).astype(np.uint8)
     depth = np.tile(1.0 + part, (36, 1)).astype(np.float32)
     depth[10:20, 10:20] = np.nan
-    depth[0, 0] = 90.0  # points far from all others take a loop of their own
-    scene = Scene.from_rgbd(rgb, depth)
-    for preset in PRESETS:
-        segment(scene, preset=preset)
-        segment(scene, k=3, preset=preset)
-    for method, baseline in BASELINES.items():
-        segment(scene, k=3, method=method, cues=baseline.cues[0])
-    points = Scene.from_cloud(scene.points[scene.valid], scene.colors[scene.valid])
-    segment(points, k=3)
+    depth[0, 0] = 90.0
+    return Scene.from_rgbd(rgb, depth)
