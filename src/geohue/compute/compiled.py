@@ -19,7 +19,7 @@ from numba import njit
 from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 from numba.extending import register_jitable
 
 from geohue.compute import ahead
@@ -57,7 +57,7 @@ class _Announcer(event.Listener):
 event.register("numba:compile", _Announcer())
 
 
-class _Cache(FunctionCache):  # type: ignore[misc]
+class _Cache(FunctionCache):
     """Machine code on disk that other processes may be about to write."""
 
     def depend_on(self, inlined: str) -> None:
@@ -84,7 +84,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]
         """
         rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+            load: Any = self._load_overload
+            return load(sig, target_context)
 
     def is_empty(self) -> bool:
         """Whether nothing is kept of this version."""
@@ -107,10 +108,11 @@ def kept_on_disk(function: _F, **options: Any) -> _F:
     Left out is what costs time to compile and is of no use here: an entry for C, and the checks
     of every division, which is by 0 nowhere and would give inf or NaN.
     """
-    options = {"no_cfunc_wrapper": True, "error_model": "numpy"} | options
+    given: dict[str, Any] = {"no_cfunc_wrapper": True, "error_model": "numpy"} | options
     try:
-        kept = njit(nogil=True, **options)(function)
-        kept._cache = _Cache(function)
+        kept: Any = njit(nogil=True, **given)(function)
+        make: Any = _Cache
+        kept._cache = make(function)
         kept._cache.depend_on(_inlined(function))
         return cast(_F, kept)
     except RuntimeError:
@@ -120,7 +122,7 @@ def kept_on_disk(function: _F, **options: Any) -> _F:
             GeohueWarning,
             stacklevel=1,
         )
-        return cast(_F, njit(nogil=True, **options)(function))
+        return cast(_F, njit(nogil=True, **given)(function))
 
 
 def _inlined(function: Callable[..., Any]) -> str:
@@ -167,7 +169,7 @@ def within_loops(function: _F, **options: Any) -> _F:
     """
     _parts.add(function)
     given = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True}
-    return cast(_F, register_jitable(**given, no_cfunc_wrapper=True, **options)(function))
+    return register_jitable(**given, no_cfunc_wrapper=True, **options)(function)
 
 
 def compiled(function: _F) -> _F:

@@ -34,9 +34,6 @@ PARTS = {
 
 _COMMAND = "from geohue.segmentation.warm import help_out; help_out()"
 
-_MERGED = (("merging", "borders", "quality"), (("merging",), ("borders", "quality")))
-_CUT = (("fill", "quality"), (("fill",), ("quality",)))
-
 
 @contextmanager
 def compiling_ahead(preset: str) -> Iterator[None]:
@@ -55,8 +52,9 @@ def compiling_ahead(preset: str) -> Iterator[None]:
 
 def _shares(preset: str) -> list[tuple[str, ...]]:
     """The parts of each helper; this process needs a core, too."""
-    one, two = _CUT if preset == "paper" else _MERGED
-    return [[], [one]][cores() - 1] if cores() < 3 else list(two)
+    parts = ("fill", "quality") if preset == "paper" else ("merging", "borders", "quality")
+    shares: list[list[tuple[str, ...]]] = [[], [parts], [parts[:1], parts[1:]]]
+    return shares[min(cores(), 3) - 1]
 
 
 def _is_first(preset: str) -> bool:
