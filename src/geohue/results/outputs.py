@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.parallel import cores
 from geohue.errors import GeohueError
 from geohue.read.extras import optional
 from geohue.results.atomic import atomic_write
@@ -96,18 +98,22 @@ def write_results(
 
 def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[Path]:
     """Write what is there to be looked at, and the levels."""
-    files = [target / "overlay.png"]
-    write_png(files[-1], picture(scene, seg.labels))
-    known = np.isfinite(scene.points[..., 2])
+    levels, known = seg.levels, np.isfinite(scene.points[..., 2])
+    tasks: dict[str, _Writer] = {
+        "overlay.png": lambda file: write_png(file, picture(scene, seg.labels))
+    }
     if known.any():
-        files.append(target / "segmented.ply")
-        write_ply(files[-1], scene.points[known], scene.colors[known], seg.labels[known])
-    if seg.levels is not None:
+        tasks["segmented.ply"] = lambda file: write_ply(
+            file, scene.points[known], scene.colors[known], seg.labels[known]
+        )
+    if levels is not None:
         if scene.is_grid:
-            files.append(target / "borders.png")
-            write_png(files[-1], paint_borders(scene.colors, seg.levels))
-        files.append(target / "levels.npz")
-        write_levels(files[-1], seg.levels)
+            tasks["borders.png"] = lambda file: write_png(file, paint_borders(scene.colors, levels))
+        tasks["levels.npz"] = lambda file: write_levels(file, levels)
+    files = [target / name for name in tasks]
+    # Side by side: most of the time is coding and writing without Python's lock.
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(lambda file: tasks[file.name](file), files))
     if seg.weight_curve:
         files.append(target / "weight_curve.png")
         draw_weight_curve(files[-1], seg)
@@ -124,6 +130,8 @@ def _writers(
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise GeohueError(f"format {unknown[0]!r}: choose among {', '.join(FORMATS)}")
+    if not formats:
+        return []
     known = np.isfinite(scene.points[..., 2])
     writers: dict[str, tuple[str, _Writer]] = {}
     if scene.is_grid:
