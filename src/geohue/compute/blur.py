@@ -32,7 +32,7 @@ def gaussian_blur(
     Examples
     --------
     >>> gaussian_blur(np.array([0.0, 0, 1, 0, 0]), 0.5, axis=0).round(3).tolist()
-    [0.0, 0.107, 0.786, 0.107, 0.0]
+    [0.0, 0.106, 0.787, 0.106, 0.0]
     """
     reach = int(truncate * sigma + 0.5)
     kernel = np.exp(-0.5 / (sigma * sigma) * np.arange(-reach, reach + 1) ** 2)
