@@ -12,7 +12,7 @@ from geohue.compute import ahead
 from geohue.compute.parallel import Workers, cores
 from geohue.scene import Scene
 from geohue.segmentation.driver import segment
-from geohue.settings import PRESETS
+from geohue.settings import PRESETS, Preset
 
 PARTS = {
     "merging": ("geohue.merge.greedy.run",),
@@ -36,15 +36,15 @@ _COMMAND = "from geohue.segmentation.warm import help_out; help_out()"
 
 
 @contextmanager
-def compiling_ahead(preset: str) -> Iterator[None]:
+def compiling_ahead(preset: str | Preset) -> Iterator[None]:
     """Let other processes compile what a preset needs last, if this is its first run.
 
     Parameters
     ----------
-    preset : str
+    preset : str or Preset
         The name of one of `PRESETS`; for another nothing is done.
     """
-    names = _shares(preset) if _is_first(preset) else []
+    names = _shares(preset) if isinstance(preset, str) and _is_first(preset) else []
     shares = [{name: PARTS[name] for name in share} for share in names]
     with ahead.helped(_COMMAND, shares):
         yield
@@ -62,7 +62,7 @@ def _is_first(preset: str) -> bool:
     from geohue.fill.steps import spread
     from geohue.merge.greedy import run
 
-    return preset in PRESETS and is_missing(spread if preset == "paper" else run)
+    return preset in PRESETS.own and is_missing(spread if preset == "paper" else run)
 
 
 def help_out() -> None:
@@ -106,7 +106,7 @@ def _compile_fill() -> None:
 
 
 def _compile_systems() -> None:
-    for method, baseline in BASELINES.items():
+    for method, baseline in BASELINES.own.items():
         segment(_small_scene(), k=3, method=method, cues=baseline.cues[0])
 
 
@@ -129,7 +129,7 @@ def compile_all() -> None:
     scene = _small_scene()
     shares = [{"systems": PARTS["systems"]}] if cores() > 1 else []
     with ahead.helped(_COMMAND, shares):
-        for preset in PRESETS:
+        for preset in PRESETS.own:
             segment(scene, preset=preset)
             segment(scene, k=3, preset=preset)
         points = Scene.from_cloud(scene.points[scene.valid], scene.colors[scene.valid])
