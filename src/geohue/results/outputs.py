@@ -107,11 +107,11 @@ def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[str]:
     """Write what is there to be looked at, and the levels."""
     levels = seg.levels
     tasks: dict[str, _Writer] = {
-        "overlay.png": lambda file: write_png(file, picture(scene, seg.labels)),
-        "borders.png": lambda file: _write_borders(file, scene, seg),
+        "overlay.png": lambda file: write_png(file, picture(scene, seg.labels))
     }
     if np.isfinite(scene.points[..., 2]).any():
         tasks["segmented.ply"] = lambda file: _write_ply(file, scene, seg)
+    tasks["borders.png"] = lambda file: _write_borders(file, scene, seg)
     if levels is not None:
         tasks["levels.npz"] = lambda file: write_levels(file, levels)
     # Side by side: most of the time is coding and writing without Python's lock.
