@@ -8,13 +8,16 @@ import sys
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
 from numba.core.caching import CacheImpl
+from numba.core.dispatcher import Dispatcher
 
 import geohue.compute.compiled
 from geohue import GeohueWarning
 from geohue.cli.app import run
-from geohue.compute import first_run
+from geohue.compute import ahead, first_run
+from geohue.merge.eigen import eigenvalue
 from geohue.segmentation import warm
 
 
@@ -131,3 +134,53 @@ def test_machine_code_follows_what_is_compiled_into_it(tmp_path: Path) -> None:
     assert answer(1.0, 3) == "compiles 5.0"
     assert answer(2.0, 3) == "compiles 6.0"
     assert answer(2.0, 3) == "6.0"
+
+
+def test_helpers_compile_the_loops_that_a_run_takes_from_them() -> None:
+    """Each part, used on next to nothing, has the signatures of a real scene and no others."""
+    code = """
+import geohue, numpy as np
+from importlib import import_module
+from geohue.datasets import load_sample
+from geohue.segmentation.warm import COMPILE, PARTS
+
+def signatures():
+    loops = [name.rsplit(".", 1) for part in PARTS.values() for name in part]
+    return {name: {str(s) for s in getattr(import_module(module), name).signatures}
+            for module, name in loops}
+
+for part in ("merging", "borders", "quality", "fill"):
+    COMPILE[part]()
+helped = signatures()
+scene = load_sample("motorcycle")
+scene = scene.take(np.arange(scene.size).reshape(scene.shape)[::6, ::6])
+for preset in ("best", "paper"):
+    geohue.segment(scene, k=3, preset=preset)
+print(all(helped.values()), helped == signatures())
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True True"
+
+
+def test_a_run_waits_for_the_helper_that_compiles_a_loop(tmp_path: Path) -> None:
+    done = tmp_path / "done"
+    command = f"import sys, time, pathlib; time.sleep(0.2); pathlib.Path({str(done)!r}).touch(); "
+    shares = [{"slow": ["a.loop"], "never": ["b.loop"]}]
+    with ahead.helped(command + "print(sys.argv[1], flush=True); time.sleep(60)", shares):
+        assert not ahead.wait_for("another.loop")
+        assert not done.exists()
+        assert ahead.wait_for("a.loop")
+        assert done.exists()
+        assert not ahead.wait_for("a.loop")
+
+
+def test_a_helper_that_dies_is_not_waited_for() -> None:
+    with ahead.helped("raise SystemExit(1)", [{"part": ["a.loop"]}]):
+        assert ahead.wait_for("a.loop")
+        assert not ahead.wait_for("a.loop")
+        ahead.finish()
+
+
+def test_parts_of_loops_are_functions_of_python_too() -> None:
+    assert not isinstance(eigenvalue, Dispatcher)
+    assert eigenvalue(np.array([1.0, 0, 0, 2, 0, 3]), 0) == pytest.approx(1)

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from geohue import Scene
-from geohue.regions.adjacency import adjacent_points, link_pieces
+from geohue.regions.adjacency import adjacent_points, link_pieces, nearest_known
 
 
 def cloud(points: np.ndarray[tuple[int, ...], np.dtype[np.floating]]) -> Scene:
@@ -76,3 +77,13 @@ def test_gaps_of_a_grid_have_no_neighbours() -> None:
     one, other = adjacent_points(Scene.from_rgbd(np.zeros((3, 3, 3), np.uint8), depth))
     assert len(one) == 8
     assert 4 not in np.concatenate([one, other])
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1))
+def test_the_nearest_known_pixel_is_that_of_scipy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    known = rng.random(rng.integers(1, 16, 2)) < rng.choice([0.05, 0.2, 0.6])
+    known.flat[rng.integers(known.size)] = True
+    y, x = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    assert nearest_known(known).tolist() == (y * known.shape[1] + x).tolist()

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.baselines.kernels import compiled, vectorised
+from geohue.baselines.kernels import compiled, compiled_part, vectorised_part
 from geohue.compute.parallel import Workers
 
 MOST_STEPS = 100
@@ -96,7 +96,7 @@ def _shift_rows(
                 modes[row, column, c] = point[2 + c]
 
 
-@compiled
+@compiled_part
 def _move(
     point: NDArray[np.float64], planes: tuple[NDArray[np.float32], ...], radius: float
 ) -> float:
@@ -125,7 +125,7 @@ def _move(
     return float(moved)
 
 
-@vectorised
+@vectorised_part
 def _add_row(
     planes: tuple[NDArray[np.float32], ...],
     here: NDArray[np.float32],

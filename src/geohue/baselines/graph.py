@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.baselines.kernels import compiled, find_root, flatten, join_roots
+from geohue.baselines.kernels import compiled, find_root, join_roots
 
 NEIGHBOURS = 8
 """Nearest neighbours of a point of a cloud: as many as a pixel has."""
@@ -113,16 +113,24 @@ def merge_graph(
     [0, 0, 1, 1]
     """
     order = np.argsort(lengths, kind="stable")
-    return _merge(n, edges[order], lengths[order], k, min_size)
+    parent, size = np.arange(n, dtype=np.int32), np.ones(n, np.int64)
+    limit = np.full(n, k, np.float64)
+    _merge(edges[order], lengths[order], k, min_size, parent, size, limit)
+    is_root = parent == np.arange(n)  # the lowest node, so that the others come after it
+    return (np.cumsum(is_root, dtype=np.int32) - np.int32(1))[parent]
 
 
 @compiled
 def _merge(
-    n: int, edges: NDArray[np.int32], lengths: NDArray[np.float32], k: float, min_size: int
-) -> NDArray[np.int32]:
-    parent = np.arange(n).astype(np.int32)
-    size = np.ones(n, np.int64)
-    limit = np.full(n, k, np.float64)  # Int(C) + k / |C|
+    edges: NDArray[np.int32],
+    lengths: NDArray[np.float32],
+    k: float,
+    min_size: int,
+    parent: NDArray[np.int32],
+    size: NDArray[np.int64],
+    limit: NDArray[np.float64],
+) -> None:
+    """Leave the root of each node in `parent`; `limit` is Int(C) + k / |C| for each root."""
     for e in range(len(edges)):
         one, other = find_root(parent, edges[e, 0]), find_root(parent, edges[e, 1])
         if one != other and lengths[e] <= min(limit[one], limit[other]):
@@ -135,4 +143,5 @@ def _merge(
         if one != other and min(size[one], size[other]) < min_size:
             total = size[one] + size[other]
             size[join_roots(parent, one, other)] = total
-    return flatten(parent)
+    for node in range(len(parent)):
+        parent[node] = find_root(parent, node)

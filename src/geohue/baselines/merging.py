@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.baselines.kernels import compiled, find_root, flatten, join_roots
+from geohue.baselines.kernels import compiled, compiled_part, find_root, flatten, join_roots
 
 Criterion = Literal["kl", "bhattacharyya"]
 
@@ -114,7 +114,7 @@ def merge_regions(
     return _merge(counts.astype(np.float64), adjacent, target, criterion == "kl")
 
 
-@compiled
+@compiled_part
 def _part_cost(
     own: NDArray[np.float64], n_own: float, other: NDArray[np.float64], n_other: float, kl: bool
 ) -> float:
@@ -128,7 +128,7 @@ def _part_cost(
     return n_own * max(total, 0.0) if kl else -n_own * np.log(min(total, 1.0))
 
 
-@compiled
+@compiled_part
 def _cost(one: NDArray[np.float64], other: NDArray[np.float64], kl: bool) -> float:
     total = 0.0
     for c in range(len(one)):
@@ -147,7 +147,7 @@ def _costs(counts: NDArray[np.float64], pairs: NDArray[np.int32], kl: bool) -> N
     return costs
 
 
-@compiled
+@compiled_part
 def _find_best(cost: NDArray[np.float64], row: int, best: NDArray[np.int32]) -> None:
     best[row] = np.argmin(cost[row])
 
@@ -183,7 +183,7 @@ def _merge(
     return flatten(parent)
 
 
-@compiled
+@compiled_part
 def _adopt(
     counts: NDArray[np.float64],
     cost: NDArray[np.float64],

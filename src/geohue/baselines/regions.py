@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.baselines.kernels import compiled, find_root, flatten, join_roots
+from geohue.baselines.kernels import compiled, compiled_part, find_root, flatten, join_roots
 
 SAME = 1 / 6.5
 """Modes that differ by less in each channel are connected: 1 Luv unit of EDISON's 6.5."""
@@ -165,7 +165,7 @@ def _union(n: int, pairs: NDArray[np.int32]) -> NDArray[np.int32]:
     return flatten(parent)
 
 
-@compiled
+@compiled_part
 def _are_alike(modes: NDArray[np.float32], y: int, x: int, v: int, u: int, same: float) -> bool:
     """Say whether the modes of two pixels differ by less than `same` in every channel."""
     for c in range(3):
@@ -190,7 +190,7 @@ def connect(modes: NDArray[np.float32], mask: NDArray[np.bool_], same: float) ->
     return _numbered(flatten(parent), mask)
 
 
-@compiled
+@compiled_part
 def _numbered(sets: NDArray[np.int32], mask: NDArray[np.bool_]) -> NDArray[np.int32]:
     """Number the sets of the pixels of the mask 0..R-1 in their order; -1 elsewhere."""
     labels = np.full(mask.shape, -1, np.int32)

@@ -89,7 +89,7 @@ def run(arguments: Sequence[str] | None = None, began: float | None = None) -> i
 
 def _tell_of_compiling() -> None:
     typer.echo(
-        "geohue: compiling its loops, which only a first run does (ten to twenty seconds)", err=True
+        "geohue: compiling its loops, which only a first run does (5 to 10 seconds)", err=True
     )
 
 

@@ -25,11 +25,14 @@ _STAGES = {"measure": "measuring", "fit": "splitting a sample", "label": "labell
 
 def too_large(source: Path | None) -> str | None:
     """Return what to tell the user of a cloud that would not fit in memory, else None."""
-    from geohue.large.memory import MB, available_memory, needed_in_memory
+    if source is None or not source.is_file():
+        return None
     from geohue.read.clouds.chunks import CHUNKED_SUFFIXES, open_chunks
 
-    if source is None or source.suffix.lower() not in CHUNKED_SUFFIXES or not source.is_file():
+    if source.suffix.lower() not in CHUNKED_SUFFIXES:
         return None
+    from geohue.large.memory import MB, available_memory, needed_in_memory
+
     available = available_memory()
     # Most files are small: those need no second look.
     if available is None or needed_in_memory(source.stat().st_size) < available:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -60,12 +61,17 @@ def segment(
         from geohue.results.folder import check_result_folder
 
         check_result_folder(folder, overwrite=overwrite)
-    with stage_bar() as begin:
+    with ExitStack() as stack, stage_bar() as begin:
         begin("loading")
+        from geohue.features.color import make_ready
+
+        make_ready()
         from geohue.results.outputs import write_results
         from geohue.segmentation.driver import segment as run
+        from geohue.segmentation.warm import compiling_ahead
 
         chosen = how.arguments()
+        stack.enter_context(compiling_ahead(chosen.preset))
         scene = options.load_scene(given)
         seg = run(scene, **chosen.as_dict(), threads=threads, progress=begin)
         names = options.names_of(formats)

@@ -6,6 +6,8 @@ from time import perf_counter
 
 import typer
 
+from geohue.compute.first_run import on_compile
+
 
 def warm() -> None:
     """Compile every loop now, for example when an image of a machine is built.
@@ -16,5 +18,6 @@ def warm() -> None:
     from geohue.segmentation.warm import compile_all
 
     begin = perf_counter()
-    compile_all()
+    with on_compile(lambda: typer.echo("geohue: compiling all loops (10 to 20 seconds)", err=True)):
+        compile_all()
     typer.echo(f"all loops are compiled ({perf_counter() - begin:.0f} s)")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled, compiled_part
 
 
-@compiled
+@compiled_part
 def squared_distance(a: NDArray[np.float64], i: int, b: NDArray[np.float64], j: int) -> float:
     """Squared distance between two rows."""
     total = 0.0
@@ -18,7 +18,7 @@ def squared_distance(a: NDArray[np.float64], i: int, b: NDArray[np.float64], j: 
     return total
 
 
-@compiled
+@compiled_part
 def assign(
     rows: NDArray[np.float64],
     weights: NDArray[np.float64],

@@ -6,41 +6,114 @@ holds no lock: threads of `geohue.compute.parallel` run it side by side.
 
 from __future__ import annotations
 
+import gc
 import warnings
 from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 from numba import njit
 from numba.core import event
+from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
+from numba.core.runtime.nrt import rtsys
+from numba.extending import register_jitable
 
+from geohue.compute import ahead
 from geohue.compute.first_run import announce
 from geohue.errors import GeohueWarning
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
+_parts: set[Callable[..., Any]] = set()
+
 
 class _Announcer(event.Listener):
-    """Says when a loop is not in the cache and has to be compiled."""
+    """Says when a loop is not in the cache and has to be compiled.
+
+    Meanwhile no garbage is looked for: there is next to none among the many objects of a compiler,
+    and looking took a twentieth of the time.
+    """
+
+    def __init__(self) -> None:
+        self._depth, self._collects = 0, False
 
     def on_start(self, event: event.Event) -> None:  # noqa: ARG002
         announce()
+        if self._depth == 0:
+            self._collects = gc.isenabled()
+            gc.disable()
+        self._depth += 1
 
-    def on_end(self, event: event.Event) -> None:
-        pass
+    def on_end(self, event: event.Event) -> None:  # noqa: ARG002
+        self._depth -= 1
+        if self._depth == 0 and self._collects:
+            gc.enable()
 
 
 event.register("numba:compile", _Announcer())
 
 
+class _Cache(FunctionCache):
+    """Machine code on disk that other processes may be about to write."""
+
+    def depend_on(self, inlined: str) -> None:
+        """Make what is on disk stale when what is compiled into it from other files changes.
+
+        numba looks at the file of the function alone. Its index of a function's machine code is
+        used as long as the stamp in it, which gets the hash `inlined` here, is that on disk.
+        """
+        index = self._cache_file
+        index._source_stamp = (index._source_stamp, inlined)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load the machine code for a signature, None if there is none."""
+        found = self._load(sig, target_context)
+        if found is None and ahead.wait_for(name_of(self._py_func)):
+            found = self._load(sig, target_context)
+        return found
+
+    def _load(self, sig: Any, target_context: Any) -> Any:
+        """Load what is there without all that numba knows of compiling, as its own method would.
+
+        Machine code needs no more than the runtime to be run; the rest is a fifth of a second of
+        imports, and is made up for when something has to be compiled.
+        """
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            load: Any = self._load_overload
+            return load(sig, target_context)
+
+    def is_empty(self) -> bool:
+        """Whether nothing is kept of this version."""
+        return not self._cache_file._load_index()
+
+
+def name_of(loop: Callable[..., Any]) -> str:
+    """Return the name that `geohue.compute.ahead` knows a loop by."""
+    return f"{loop.__module__}.{loop.__qualname__}"
+
+
+def is_missing(loop: Any) -> bool:
+    """Whether a loop is not kept on disk, but could be."""
+    return isinstance(loop._cache, _Cache) and loop._cache.is_empty()
+
+
 def kept_on_disk(function: _F, **options: Any) -> _F:
-    """Compile with numba's `options`; without a folder to write to, at every run anew."""
+    """Compile with numba's `options`; without a folder to write to, at every run anew.
+
+    Left out is what costs time to compile and is of no use here: an entry for C, and the checks
+    of every division, which is by 0 nowhere and would give inf or NaN.
+    """
+    given: dict[str, Any] = {"no_cfunc_wrapper": True, "error_model": "numpy"} | options
     try:
-        kept = njit(cache=True, nogil=True, **options)(function)
-        _also_depend(kept, _inlined(function))
+        kept: Any = njit(nogil=True, **given)(function)
+        make: Any = _Cache
+        kept._cache = make(function)
+        kept._cache.depend_on(_inlined(function))
         return cast(_F, kept)
     except RuntimeError:
         warnings.warn(
@@ -49,17 +122,7 @@ def kept_on_disk(function: _F, **options: Any) -> _F:
             GeohueWarning,
             stacklevel=1,
         )
-        return cast(_F, njit(nogil=True, **options)(function))
-
-
-def _also_depend(kept: Any, inlined: str) -> None:
-    """Make machine code on disk stale when what is compiled into it from other files changes.
-
-    numba looks at the file of the function alone. Its index of a function's machine code is used
-    as long as the stamp in it, which gets the hash `inlined` here, is that of the index on disk.
-    """
-    index = kept._cache._cache_file
-    index._source_stamp = (index._source_stamp, inlined)
+        return cast(_F, njit(nogil=True, **given)(function))
 
 
 def _inlined(function: Callable[..., Any]) -> str:
@@ -80,6 +143,7 @@ def _inlined(function: Callable[..., Any]) -> str:
         # Numba looks after the function's own file.
         parts[file] = repr(sorted(constants)) + ("" if current is function else _content(file))
         waiting += [value.py_func for value in names.values() if isinstance(value, Dispatcher)]
+        waiting += [v for v in names.values() if isinstance(v, FunctionType) and v in _parts]
     return sha256(repr(sorted(parts.items())).encode()).hexdigest()
 
 
@@ -95,6 +159,17 @@ def _content(file: str) -> str:
         return sha256(Path(file).read_bytes()).hexdigest()
     except OSError:  # not a file, as in a notebook: numba keeps nothing of it either
         return ""
+
+
+def within_loops(function: _F, **options: Any) -> _F:
+    """Let a function be compiled into the loops that call it; for Python it stays as it is.
+
+    It gets no entry for Python and no file of its own, which would be a third of the time that it
+    takes to compile.
+    """
+    _parts.add(function)
+    given = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True}
+    return register_jitable(**given, no_cfunc_wrapper=True, **options)(function)
 
 
 def compiled(function: _F) -> _F:
@@ -114,3 +189,13 @@ def vectorized(function: _F) -> _F:
     reach it.
     """
     return kept_on_disk(function, forceinline=True, fastmath=True)
+
+
+def compiled_part(function: _F) -> _F:
+    """Compile what loops of `compiled` call, as part of these."""
+    return within_loops(function, forceinline=True, _nrt=False)
+
+
+def vectorized_part(function: _F) -> _F:
+    """Compile what loops of `vectorized` call, as part of these."""
+    return within_loops(function, forceinline=True, fastmath=True)

@@ -38,6 +38,6 @@ def on_compile(tell: Callable[[], None]) -> Iterator[None]:
 
 
 def announce() -> None:
-    """Tell those who listen that a loop is being compiled."""
-    for tell in tuple(_listeners):
+    """Tell who listens that a loop is being compiled: the innermost of several."""
+    for tell in _listeners[-1:]:
         tell()

@@ -11,6 +11,8 @@ SAME_PLACE = "all points lie in one place: geometry says nothing here"
 FLOOR = 1e-6
 """A spread below this share of the numbers is rounding of these, not structure."""
 
+_BLOCK = 16_384  # rows that stay in the cache between one step and the next
+
 
 def normalized(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], bool]:
     """Divide by the mean of the standard deviations of the columns (eq. 3, 4), centred.
@@ -36,20 +38,36 @@ def normalized(values: NDArray[np.float32]) -> tuple[NDArray[np.float32], bool]:
     ([[-2.0, 0.0], [2.0, 0.0]], False)
     """
     n, columns = values.shape
-    means, deviations = np.empty(columns), np.empty(columns)
-    column, square = np.empty(n), np.empty(n)
+    means, deviations = np.zeros(columns), np.zeros(columns)
     # Column by column: numpy's loops are slow over short rows.
-    for j in range(columns):
-        column[:] = values[:, j]
-        means[j] = column.mean()
-        column -= means[j]
-        deviations[j] = np.sqrt(np.multiply(column, column, out=square).mean())
+    for j in range(columns if n else 0):
+        means[j] = _sum(values[:, j]) / n
+        deviations[j] = np.sqrt(_sum(values[:, j], means[j]) / n)
     sigma = float(deviations.mean())
     floor = FLOOR * max(float(values.max(initial=0)), -float(values.min(initial=0)))
     if sigma <= floor:
         return np.zeros(values.shape, np.float32), True
     scaled = np.empty(values.shape, np.float32)
-    for j in range(columns):
-        np.subtract(values[:, j], means[j], out=column)
-        np.divide(column, sigma, out=scaled[:, j], casting="same_kind")
+    column = np.empty(min(n, _BLOCK))
+    for first in range(0, n, _BLOCK):
+        rows = slice(first, first + _BLOCK)
+        for j in range(columns):
+            here = np.subtract(values[rows, j], means[j], out=column[: len(values[rows])])
+            np.divide(here, sigma, out=scaled[rows, j], casting="same_kind")
     return scaled, False
+
+
+def _sum(column: NDArray[np.float32], center: float | None = None) -> float:
+    """Sum in double precision, of the squares of what a center leaves if there is one.
+
+    Halves of halves are added, as by `numpy.sum` and so to the same bits, but made in the cache.
+    """
+    n = len(column)
+    if n > _BLOCK:
+        half = n // 2 - n // 2 % 8
+        return _sum(column[:half], center) + _sum(column[half:], center)
+    part = column.astype(np.float64)
+    if center is not None:
+        part -= center
+        part *= part
+    return float(part.sum())

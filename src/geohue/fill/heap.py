@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled_part
 from geohue.fill.state import Border
 
 
-@compiled
+@compiled_part
 def before(one: float, p: int, other: float, q: int) -> bool:
     """Whether p with a bound comes before q with another: by bound, then by index."""
     return (one < other) | ((one == other) & (p < q))
 
 
-@compiled
+@compiled_part
 def put(border: Border, at: int, pixel: int, bound: float) -> None:
     """Put a pixel in a place of the heap."""
     border.heap[at] = pixel
@@ -22,7 +22,7 @@ def put(border: Border, at: int, pixel: int, bound: float) -> None:
     border.place[pixel] = at
 
 
-@compiled
+@compiled_part
 def rise(border: Border, at: int, pixel: int, bound: float) -> None:
     """Put a pixel where it belongs at or above a place of the heap that is free."""
     while at > 0:
@@ -34,7 +34,7 @@ def rise(border: Border, at: int, pixel: int, bound: float) -> None:
     put(border, at, pixel, bound)
 
 
-@compiled
+@compiled_part
 def sink(border: Border, pixel: int, bound: float) -> None:
     """Put a pixel where it belongs below the top of the heap, which is free."""
     size, at = border.size[0], 0
@@ -53,7 +53,7 @@ def sink(border: Border, pixel: int, bound: float) -> None:
     put(border, at, pixel, bound)
 
 
-@compiled
+@compiled_part
 def pop(border: Border) -> None:
     """Take the first pixel off the border."""
     border.place[border.heap[0]] = -1
@@ -63,7 +63,7 @@ def pop(border: Border) -> None:
         sink(border, border.heap[last], border.bound[last])
 
 
-@compiled
+@compiled_part
 def bound_of(border: Border, pixel: int) -> float:
     """The bound of a pixel, infinite if it is not in the heap."""
     at = border.place[pixel]
@@ -71,7 +71,7 @@ def bound_of(border: Border, pixel: int) -> float:
     return np.inf if at < 0 else bound
 
 
-@compiled
+@compiled_part
 def lower(border: Border, pixel: int, bound: float) -> None:
     """Lower the bound of a pixel, or put it in the heap if it is not there."""
     at = border.place[pixel]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled, compiled_part
 from geohue.fill.heap import bound_of, lower, pop, sink
 from geohue.fill.state import OPEN, Border, Image, Windows
 from geohue.fill.windows import (
@@ -17,7 +17,7 @@ from geohue.fill.windows import (
 )
 
 
-@compiled
+@compiled_part
 def pair_cost(image: Image, windows: Windows, p: int, slot: int) -> float:
     """C(p, S^n) of one labelled neighbour p_n, the one whose window has this slot."""
     cost = 0.0
@@ -26,7 +26,7 @@ def pair_cost(image: Image, windows: Windows, p: int, slot: int) -> float:
     return cost
 
 
-@compiled
+@compiled_part
 def cheapest(image: Image, windows: Windows, p: int) -> tuple[float, int]:
     """Step 2 for one pixel: the least cost over its labelled neighbours, and the label of that."""
     best, choice = np.inf, -1
@@ -41,7 +41,7 @@ def cheapest(image: Image, windows: Windows, p: int) -> tuple[float, int]:
     return best, choice
 
 
-@compiled
+@compiled_part
 def offer(image: Image, border: Border, windows: Windows, q: int) -> None:
     """Tell the open neighbours of q what its label now costs them, if it is less than before."""
     slot = windows.slot[q]
@@ -52,7 +52,7 @@ def offer(image: Image, border: Border, windows: Windows, q: int) -> None:
             lower(border, p, cost)
 
 
-@compiled
+@compiled_part
 def assign(image: Image, border: Border, windows: Windows, p: int, label: int) -> None:
     """Step 4: give p its label, and bring every window and bound that depends on it up to date."""
     image.labels[p] = label

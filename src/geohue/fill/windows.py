@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled_part
 from geohue.fill.state import BLOCK, OPEN, Image, Windows
 
 
-@compiled
+@compiled_part
 def neighbours(p: int, stride: int) -> tuple[int, int, int, int]:
     """Up, left, right and down of a pixel; the margin makes them always exist."""
     return p - stride, p - 1, p + 1, p + stride
 
 
-@compiled
+@compiled_part
 def touches_open(labels: NDArray[np.int32], stride: int, p: int) -> bool:
     """Whether a pixel has a neighbour that is still to be filled."""
     up, left, right, down = neighbours(p, stride)
@@ -23,7 +23,7 @@ def touches_open(labels: NDArray[np.int32], stride: int, p: int) -> bool:
     return bool(across | (labels[up] == OPEN) | (labels[down] == OPEN))
 
 
-@compiled
+@compiled_part
 def sort(
     raw: NDArray[np.float32], rank: NDArray[np.int32], values: NDArray[np.float32], n: int
 ) -> None:
@@ -51,7 +51,7 @@ def sort(
         values[i] = largest
 
 
-@compiled
+@compiled_part
 def insert(values: NDArray[np.float32], n: int, value: np.float32) -> None:
     """Insert into the n sorted values on the right of a row; those below make room to the left.
 
@@ -65,7 +65,7 @@ def insert(values: NDArray[np.float32], n: int, value: np.float32) -> None:
             part[i] = min(part[i + 1], max(part[i], value))
 
 
-@compiled
+@compiled_part
 def median(values: NDArray[np.float32], n: int) -> float:
     """Middle of the n sorted values; of an even number, the mean of the two in the middle."""
     first = values.size - 1 - n
@@ -73,7 +73,7 @@ def median(values: NDArray[np.float32], n: int) -> float:
     return (np.float64(values[first + ((n - 1) >> 1)]) + upper) / 2.0  # of an odd number: the same
 
 
-@compiled
+@compiled_part
 def same_label(image: Image, near: NDArray[np.int32], p: int, label: int) -> int:
     """List the pixels with a label in the window around p; returns how many there are.
 
@@ -88,7 +88,7 @@ def same_label(image: Image, near: NDArray[np.int32], p: int, label: int) -> int
     return n
 
 
-@compiled
+@compiled_part
 def open_window(image: Image, windows: Windows, p: int, n: int) -> None:
     """Give p a slot with the colours of its own segment: the first n pixels of ``near``."""
     windows.n_free[0] -= 1
@@ -103,7 +103,7 @@ def open_window(image: Image, windows: Windows, p: int, n: int) -> None:
         windows.median[slot, channel] = median(windows.values[slot, channel], n)
 
 
-@compiled
+@compiled_part
 def close_window(windows: Windows, p: int) -> None:
     """Give back the slot of a pixel that has left the border."""
     windows.free[windows.n_free[0]] = windows.slot[p]
@@ -111,7 +111,7 @@ def close_window(windows: Windows, p: int) -> None:
     windows.slot[p] = -1
 
 
-@compiled
+@compiled_part
 def add_to_window(image: Image, windows: Windows, slot: int, p: int) -> bool:
     """Insert the colour of p; return whether a median moved."""
     moved = False

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled, compiled_part
 from geohue.compute.parallel import Workers
 
 Labels = NDArray[np.int32]
@@ -167,7 +167,7 @@ def label_rows(
                 out[y, x] = names[0]
 
 
-@compiled
+@compiled_part
 def within_reach(
     parts: Labels, labels: Labels, label: int, at_y: int, at_x: int, names: Labels
 ) -> int:
@@ -190,7 +190,7 @@ def within_reach(
     return count
 
 
-@compiled
+@compiled_part
 def describe(
     parts: Labels,
     examples: Floats,
@@ -226,7 +226,7 @@ def describe(
                     break
 
 
-@compiled
+@compiled_part
 def likeliest(pixel: Floats, sums: Weights, count: int, noise: Weights) -> int:
     """Return the part, of those described, that explains a pixel best; of equal ones the first."""
     best, most = 0, -np.inf
@@ -237,7 +237,7 @@ def likeliest(pixel: Floats, sums: Weights, count: int, noise: Weights) -> int:
     return best
 
 
-@compiled
+@compiled_part
 def log_likelihood(pixel: Floats, sums: Weights, k: int, noise: Weights) -> float:
     """Logarithm of the likelihood of a pixel's values under a part, times the part's share."""
     if sums[k, 0] <= 0:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.measures import segmentation_covering
 from geohue.merge.limbs import Limbs, find_limbs
 from geohue.regions.adjacency import adjacent_points, link_pieces
 from geohue.scene import Scene
@@ -190,5 +189,7 @@ def _covering(points: NDArray[np.floating], limbs: Limbs, half: NDArray[np.bool_
     there = points[half]
     alone = find_limbs(there, *near_pairs(there)).labels
     both = limbs.labels[half]
+    from geohue.measures import segmentation_covering
+
     one_way = segmentation_covering(alone, both, ignore=None)
     return (one_way + segmentation_covering(both, alone, ignore=None)) / 2

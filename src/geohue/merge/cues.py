@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled_part
 from geohue.merge import table as t
 from geohue.merge.eigen import covariance, eigenvalue, eigenvector
 from geohue.merge.table import Table
@@ -50,7 +50,7 @@ NAMES = (
 """The cues, in the order of the columns that `measure` writes."""
 
 
-@compiled
+@compiled_part
 def measure(table: Table, i: int, j: int, e: int, out: Floats, scratch: Floats) -> None:
     """Write all cues of a border into `out`; `scratch` has room for 6 numbers."""
     region, border = table.region, table.border
@@ -72,7 +72,7 @@ def measure(table: Table, i: int, j: int, e: int, out: Floats, scratch: Floats) 
     out[14] = region_convexity(region, i, j, unit)
 
 
-@compiled
+@compiled_part
 def offset(region: Floats, i: int, j: int, unit: float) -> float:
     """How far one region's centroid is off the other's plane.
 
@@ -89,7 +89,7 @@ def offset(region: Floats, i: int, j: int, unit: float) -> float:
     return math.log(max(abs(to_i), abs(to_j)) / unit / NOISE + 0.5)
 
 
-@compiled
+@compiled_part
 def texture(region: Floats, i: int, j: int) -> float:
     """Half the chi-squared distance of the two histograms of local steps of colour.
 
@@ -102,7 +102,7 @@ def texture(region: Floats, i: int, j: int) -> float:
     return float(total / 2)
 
 
-@compiled
+@compiled_part
 def one_plane(region: Floats, i: int, j: int, unit: float, scratch: Floats) -> float:
     """How much worse one plane fits both regions than a plane for each.
 
@@ -126,7 +126,7 @@ def one_plane(region: Floats, i: int, j: int, unit: float, scratch: Floats) -> f
     return math.log(joint / (apart + NOISE / 2) + 0.1)
 
 
-@compiled
+@compiled_part
 def whole_votes(table: Table, i: int, j: int) -> float:
     """Share of the cuts that part a point of one region from a point of the other.
 
@@ -142,7 +142,7 @@ def whole_votes(table: Table, i: int, j: int) -> float:
     return float(1.0 - same / pairs)
 
 
-@compiled
+@compiled_part
 def contrast(table: Table, i: int, j: int, e: int) -> float:
     """How much more changes across the border than within the calmer of the two regions."""
     typical = table.scene[t.TYPICAL_STEP]
@@ -151,14 +151,14 @@ def contrast(table: Table, i: int, j: int, e: int) -> float:
     return math.log(step / max(calm, 1e-6) + 0.05)
 
 
-@compiled
+@compiled_part
 def calmness(region: Floats, i: int, typical: float) -> float:
     """The mean step between neighbours within a region."""
     pairs = region[i, t.INNER_PAIRS] + PRIOR
     return float((region[i, t.INNER_STEP] + PRIOR * typical) / pairs)
 
 
-@compiled
+@compiled_part
 def straightness(border: Floats, e: int, unit: float, scratch: Floats) -> float:
     """How far the border bends: spread across its run over spread along it.
 
@@ -174,7 +174,7 @@ def straightness(border: Floats, e: int, unit: float, scratch: Floats) -> float:
     return math.sqrt(max(across, 0.0) / along)
 
 
-@compiled
+@compiled_part
 def region_convexity(region: Floats, i: int, j: int, unit: float) -> float:
     """How the mean normals of the two regions turn along the way between their centroids."""
     length_i, length_j, dist, turn = 0.0, 0.0, 0.0, 0.0
@@ -195,7 +195,7 @@ def region_convexity(region: Floats, i: int, j: int, unit: float) -> float:
     return turn / dist if dist > SAME_PLACE * unit else 0.0
 
 
-@compiled
+@compiled_part
 def fit_plane(region: Floats, i: int, scratch: Floats) -> None:
     """Write the normal of a region's plane and the mean squared distance of its points from it."""
     region[i, t.RESIDUAL] = 0.0

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.blur import gaussian_blur
 from geohue.consensus.cut import balanced_steps
 from geohue.consensus.votes import count_votes
 from geohue.features import Features, lab_of
@@ -203,8 +204,6 @@ def _averaged(lab: Floats, one: NDArray[np.int64], other: NDArray[np.int64]) -> 
 
 
 def _blurred(lab: Floats) -> Floats:
-    from scipy.ndimage import gaussian_filter1d
-
     for axis in (0, 1):
-        lab = gaussian_filter1d(lab, BLUR, axis=axis)
+        lab = gaussian_blur(lab, BLUR, axis)
     return lab

@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled_part
 
 PARALLEL = 1e-7
 """Cross products of rows, over the squared size of a matrix, that are rounding: a double eigenvalue
 is known to half of the digits only."""
 
 
-@compiled
+@compiled_part
 def covariance(
     table: NDArray[np.float64], row: int, mean: int, spread: int, n: float, out: NDArray[np.float64]
 ) -> None:
@@ -28,7 +28,7 @@ def covariance(
     out[5] = table[row, spread + 5] / n - z * z
 
 
-@compiled
+@compiled_part
 def eigenvalue(m: NDArray[np.float64], which: int) -> float:
     """Return an eigenvalue of xx, xy, xz, yy, yz, zz: 0 the smallest, 2 the largest.
 
@@ -52,7 +52,7 @@ def eigenvalue(m: NDArray[np.float64], which: int) -> float:
     return float(3 * mean - least - (mean + 2 * size * math.cos(angle)))
 
 
-@compiled
+@compiled_part
 def eigenvector(
     m: NDArray[np.float64], value: float, out: NDArray[np.float64], row: int, at: int
 ) -> None:

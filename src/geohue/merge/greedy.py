@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled, compiled_part
 from geohue.merge import table as t
 from geohue.merge.cues import NAMES, fit_plane, measure
 from geohue.merge.table import Table
@@ -139,7 +139,7 @@ def run(
     return n
 
 
-@compiled
+@compiled_part
 def judge(table: Table, weights: Floats, e: int, scratch: Floats, cues: Floats) -> float:
     """Return the score of a border: below 0 where its regions belong together."""
     if table.border[e, t.LENGTH] == 0:
@@ -151,7 +151,7 @@ def judge(table: Table, weights: Floats, e: int, scratch: Floats, cues: Floats) 
     return float(score)
 
 
-@compiled
+@compiled_part
 def take_up(table: Table, links: Links, queue: Queue, kept: int, gone: int, e: int) -> None:
     """Add a region and its borders to another, across the border `e`, which is in no queue."""
     region, border, marks = table.region, table.border, links.marks
@@ -188,7 +188,7 @@ def take_up(table: Table, links: Links, queue: Queue, kept: int, gone: int, e: i
         half = links.next[half]
 
 
-@compiled
+@compiled_part
 def drop_dead(links: Links, queue: Queue, region: int) -> None:
     """Leave out the borders of a region that are no longer in the queue."""
     half, before = links.first[region], -1
@@ -207,7 +207,7 @@ def drop_dead(links: Links, queue: Queue, region: int) -> None:
         links.last[region] = before
 
 
-@compiled
+@compiled_part
 def append(links: Links, region: int, half: int) -> None:
     """Put a half-border at the end of a region's list."""
     links.next[half] = -1
@@ -218,7 +218,7 @@ def append(links: Links, region: int, half: int) -> None:
     links.last[region] = half
 
 
-@compiled
+@compiled_part
 def place(queue: Queue, e: int, score: float) -> None:
     """Put a border where its score belongs, whether it was in the queue or not."""
     at = queue.place[e]
@@ -229,7 +229,7 @@ def place(queue: Queue, e: int, score: float) -> None:
     settle(queue, e, at)
 
 
-@compiled
+@compiled_part
 def remove(queue: Queue, e: int) -> None:
     """Take a border out of the queue."""
     at = queue.place[e]
@@ -239,7 +239,7 @@ def remove(queue: Queue, e: int) -> None:
         settle(queue, queue.heap[queue.size[0]], at)
 
 
-@compiled
+@compiled_part
 def settle(queue: Queue, e: int, at: int) -> None:
     """Put a border where it belongs, above or below the free place `at`."""
     heap, where, score = queue.heap, queue.place, queue.score
@@ -262,7 +262,7 @@ def settle(queue: Queue, e: int, at: int) -> None:
     where[e] = at
 
 
-@compiled
+@compiled_part
 def before(score: Floats, one: int, other: int) -> bool:
     """Whether a border comes first: by its score, equal ones by their number."""
     return bool((score[one] < score[other]) | ((score[one] == score[other]) & (one < other)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -101,8 +102,14 @@ class Levels:
         >>> levels.count("auto"), levels.count(3), levels.count(-3)
         (2, 3, 1)
         """
-        sizes = np.bincount(self.regions.ravel() + 1, minlength=self.tree.n_regions + 1)[1:]
-        return len(np.unique(self.tree.at(threshold_of(detail))[sizes > 0]))
+        return self.counts([detail])[0]
+
+    def counts(self, details: Sequence[Detail]) -> list[int]:
+        """Return how many segments there are at each of some degrees of detail."""
+        there = np.zeros(self.tree.n_regions + 1, bool)
+        there[self.regions] = True  # the last one, too, where there is no region
+        found = (self.tree.at(threshold_of(detail)) for detail in details)
+        return [len(np.unique(segments[there[:-1]])) for segments in found]
 
     def border_strength(self) -> NDArray[np.float64]:
         """Return, for regions i and j, the score at which they become one segment, (R, R).

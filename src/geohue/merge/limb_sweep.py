@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled, compiled_part
 from geohue.regions.pieces import find_root
 
 OPEN, CORE, CLOSED = 0, 1, 2
@@ -75,7 +75,7 @@ def sweep_inwards(
         _join(v, into, parent, size)
 
 
-@compiled
+@compiled_part
 def _meet(
     v: int,
     starts: NDArray[np.int32],
@@ -101,7 +101,7 @@ def _meet(
     return k, alone
 
 
-@compiled
+@compiled_part
 def _is_limb(
     root: int,
     v: int,
@@ -115,7 +115,7 @@ def _is_limb(
     return bool(length > shortest and length * length > cell * size[root])
 
 
-@compiled
+@compiled_part
 def _leads(one: int, other: int, height: NDArray[np.float64], state: NDArray[np.int8]) -> bool:
     """Whether the other set joins the one: the core comes first, then the farther end."""
     if (state[one] == CORE) != (state[other] == CORE):
@@ -123,7 +123,7 @@ def _leads(one: int, other: int, height: NDArray[np.float64], state: NDArray[np.
     return bool(height[one] > height[other])
 
 
-@compiled
+@compiled_part
 def _join(one: int, into: int, parent: NDArray[np.int32], size: NDArray[np.int64]) -> None:
     """Put the set of one root under another root."""
     if one != into:

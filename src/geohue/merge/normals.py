@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.blur import gaussian_blur
 from geohue.compute.compiled import compiled
 
 Floats = NDArray[np.float64]
@@ -40,12 +41,10 @@ def grid_normals(points: Floats, sigma: float = BLUR) -> Floats:
     >>> grid_normals(np.stack([x, y, 2 + 0 * x], axis=-1))[2, 2].tolist()
     [0.0, 0.0, 1.0]
     """
-    from scipy.ndimage import gaussian_filter1d
-
     if min(points.shape[:2]) < 2:
         return np.zeros_like(points)
     for axis in (0, 1):
-        points = gaussian_filter1d(points, sigma, axis=axis, truncate=3.0)
+        points = gaussian_blur(points, sigma, axis, truncate=3.0)
     right, down = np.gradient(points, axis=1), np.gradient(points, axis=0)
     return _unit(np.cross(right, down))
 

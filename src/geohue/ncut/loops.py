@@ -17,7 +17,7 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from geohue.compute.arrays import Floats
-from geohue.compute.compiled import vectorized
+from geohue.compute.compiled import vectorized, vectorized_part
 
 Scalar = np.floating[Any]
 
@@ -64,7 +64,7 @@ def _exp2_float64(y: Any) -> Any:
     return math.pow(2.0, y)
 
 
-@vectorized
+@vectorized_part
 def fill_row(
     x: Floats, i: int, lift: Scalar, gain: Scalar, z: Floats, half: Floats, out: Floats, r: int
 ) -> Scalar:
@@ -211,7 +211,7 @@ def nearest(
         out[i] = label
 
 
-@vectorized
+@vectorized_part
 def _times_basis(row: Floats, basis: Floats, out: Floats, i: int) -> None:
     """Write one row of affinities times each row of `basis`, four of these at a time."""
     number = row.dtype.type

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import scipy.linalg
+import scipy  # its parts are loaded when they are used
 from numpy.typing import NDArray
 
 from geohue.compute.arrays import Floats

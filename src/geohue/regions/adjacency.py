@@ -152,15 +152,39 @@ def adjacent_pixels(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], NDArray[
 def nearest_known(known: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the flat position of the known pixel nearest to each, (H, W); one must be known.
 
+    Of several the one in the first column, and there the upper one. For drafts: gaps are crossed
+    a step at a time. `scipy.ndimage` does the same, but takes a fifth of a second to be imported.
+
     Examples
     --------
     >>> nearest_known(np.array([[True, False, False, True]])).tolist()
     [[0, 0, 3, 3]]
     """
+    width = known.shape[1]
+    row = _nearest_in_column(known)
+    y, x = np.nonzero(~known)
+    nearest, least = x.copy(), (row[y, x] - y) ** 2
+    open_ = np.arange(len(y))
+    for step in range(1, width):
+        open_ = open_[step * step <= least[open_]]
+        if len(open_) == 0:
+            break
+        for side in (-step, step):
+            inside = open_[(x[open_] + side >= 0) & (x[open_] + side < width)]
+            there = x[inside] + side
+            squared = (row[y[inside], there] - y[inside]) ** 2 + step * step
+            better = squared <= least[inside] if side < 0 else squared < least[inside]
+            inside, there, squared = inside[better], there[better], squared[better]
+            nearest[inside], least[inside] = there, squared
     index = np.arange(known.size).reshape(known.shape)
-    if known.all():
-        return index
-    from scipy.ndimage import distance_transform_edt
+    index[y, x] = row[y, nearest] * width + nearest
+    return index
 
-    y, x = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return np.asarray(index[y, x])
+
+def _nearest_in_column(known: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The row of the known pixel nearest in the same column, above if equal; else far outside."""
+    y = np.arange(len(known))[:, None]
+    far = sum(known.shape)
+    above = np.maximum.accumulate(np.where(known, y, -far), axis=0)
+    below = np.minimum.accumulate(np.where(known, y, len(known) + far)[::-1], axis=0)[::-1]
+    return np.where(y - above <= below - y, above, below)

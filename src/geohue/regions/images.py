@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from geohue.compute.labels import check_labels
 from geohue.errors import GeohueError
@@ -146,10 +145,12 @@ def _take_from_nearest(
     pieces: NDArray[np.int32], label_of: NDArray[np.int32], kept: NDArray[np.bool_]
 ) -> None:
     """Label the islands from the kept pixels at the least distance, in place."""
+    from scipy.ndimage import distance_transform_edt
+
     source = (pieces >= 0) & kept[pieces]
     y, x = np.nonzero((pieces >= 0) & ~source)
     piece = pieces[y, x]
-    nearest = ndimage.distance_transform_edt(~source, return_distances=False, return_indices=True)
+    nearest = distance_transform_edt(~source, return_distances=False, return_indices=True)
     nearest_y, nearest_x = nearest[:, y, x].astype(np.int64)
     squared = (nearest_y - y) ** 2 + (nearest_x - x) ** 2
     least = np.full(kept.size, np.iinfo(np.int64).max)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled, compiled_part
 
 
-@compiled
+@compiled_part
 def find_root(parent: NDArray[np.int32], at: int) -> int:
     """Follow the parents of a set to its root, halving the way for the next to come."""
     while parent[at] != at:
@@ -52,7 +52,7 @@ def number_pieces(
     return n
 
 
-@compiled
+@compiled_part
 def join_runs(
     labels: NDArray[np.int32], pieces: NDArray[np.int32], parent: NDArray[np.int32], corners: bool
 ) -> int:
@@ -84,7 +84,7 @@ def join_runs(
     return n
 
 
-@compiled
+@compiled_part
 def join(parent: NDArray[np.int32], one: int, other: int) -> None:
     """Make two pieces one, under the root with the lower number."""
     if parent[one] == parent[other]:
@@ -122,7 +122,7 @@ def count_borders(
     return total
 
 
-@compiled
+@compiled_part
 def beside(pieces: NDArray[np.int32], y: int, x: int, side: int) -> int:
     """The piece to the right (side 0) or below, -1 if none."""
     if side == 0:
@@ -130,7 +130,7 @@ def beside(pieces: NDArray[np.int32], y: int, x: int, side: int) -> int:
     return int(pieces[y + 1, x]) if y + 1 < pieces.shape[0] else -1
 
 
-@compiled
+@compiled_part
 def differ(here: int, there: int, kept: NDArray[np.bool_]) -> bool:
     """Whether two neighbouring pixels lie in two pieces, one of them small."""
     return here != there and here >= 0 and there >= 0 and not (kept[here] and kept[there])
@@ -197,7 +197,7 @@ def take_from_adjacent(
         first = end
 
 
-@compiled
+@compiled_part
 def mode_around(
     starts: NDArray[np.int64],
     touching: NDArray[np.int32],

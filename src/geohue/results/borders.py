@@ -73,9 +73,14 @@ def _paint(image: NDArray[np.uint8], strength: NDArray[np.float32]) -> NDArray[n
 
     width = max(1, round(min(strength.shape) / _LINE))
     share = cv2.dilate(strength, np.ones((width, width), np.uint8))[..., None]
-    faded = 255 * _FADED + (1 - _FADED) * image.astype(np.float32).mean(axis=2, keepdims=True)
-    drawn = (1 - share) * faded + share * np.array(_INK, np.float32)
-    return np.asarray(drawn.round(), np.uint8)
+    # Few pixels lie on a border, and there are few greys.
+    total = image[..., 0].astype(np.uint16) + image[..., 1] + image[..., 2]
+    faded = 255 * _FADED + (1 - _FADED) * (np.arange(3 * 255 + 1, dtype=np.float32) / 3)
+    out = np.repeat(faded.round().astype(np.uint8).take(total)[..., None], 3, axis=2)
+    at = share[..., 0] > 0
+    drawn = (1 - share[at]) * faded[total[at]][:, None] + share[at] * np.array(_INK, np.float32)
+    out[at] = drawn.round().astype(np.uint8)
+    return out
 
 
 def border_map(levels: Levels) -> NDArray[np.float32]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from geohue.compute.parallel import cores
 from geohue.errors import GeohueError
 from geohue.read.extras import optional
 from geohue.results.borders import border_picture
@@ -103,18 +105,19 @@ def _write_labels(target: Path, scene: Scene, seg: Segmentation) -> list[str]:
 
 def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[str]:
     """Write what is there to be looked at, and the levels."""
-    names = ["overlay.png"]
-    write_png(target / names[-1], picture(scene, seg.labels))
+    levels = seg.levels
+    tasks: dict[str, _Writer] = {
+        "overlay.png": lambda file: write_png(file, picture(scene, seg.labels))
+    }
     if np.isfinite(scene.points[..., 2]).any():
-        names.append("segmented.ply")
-        _write_ply(target / names[-1], scene, seg)
-    borders = border_picture(scene, seg)
-    if borders is not None:
-        names.append("borders.png")
-        write_png(target / names[-1], borders)
-    if seg.levels is not None:
-        names.append("levels.npz")
-        write_levels(target / names[-1], seg.levels)
+        tasks["segmented.ply"] = lambda file: _write_ply(file, scene, seg)
+    tasks["borders.png"] = lambda file: _write_borders(file, scene, seg)
+    if levels is not None:
+        tasks["levels.npz"] = lambda file: write_levels(file, levels)
+    # Side by side: most of the time is coding and writing without Python's lock.
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(lambda name: tasks[name](target / name), tasks))
+    names = [name for name in tasks if (target / name).exists()]
     if len(seg.weight_curve) > 1:
         names.append("weight_curve.png")
         draw_weight_curve(target / names[-1], seg)
@@ -131,6 +134,8 @@ def _writers(
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise GeohueError(f"format {unknown[0]!r}: choose among {', '.join(FORMATS)}")
+    if not formats:
+        return []
     writers: dict[str, tuple[str, _Writer]] = {}
     if scene.is_grid:
         writers["coco"] = ("coco.json", lambda file: _write_coco(file, seg))
@@ -165,6 +170,12 @@ def _write_pcd(file: Path, scene: Scene, seg: Segmentation) -> None:
 
     use: Any = ... if scene.is_grid else np.isfinite(scene.points[..., 2])
     write_pcd(file, scene.points[use], scene.colors[use], seg.labels[use])
+
+
+def _write_borders(file: Path, scene: Scene, seg: Segmentation) -> None:
+    drawn = border_picture(scene, seg)
+    if drawn is not None:
+        write_png(file, drawn)
 
 
 def _write_ply(file: Path, scene: Scene, seg: Segmentation) -> None:

@@ -258,7 +258,8 @@ def _plain(detail: Detail) -> float | str:
 
 def _levels(levels: Levels) -> dict[str, Any]:
     """Return the number of levels, and of the segments at some degrees of detail."""
-    segments = [[detail, levels.count(detail)] for detail in SUMMARY_DETAILS]
+    counts = levels.counts(SUMMARY_DETAILS)
+    segments = [list(pair) for pair in zip(SUMMARY_DETAILS, counts, strict=True)]
     return {"n": len(levels), "segments": segments}
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from geohue.compute.labels import check_labels
 from geohue.stereo.warping import check_pair, find_occlusions
@@ -76,6 +75,8 @@ def view_agreement(
     if not both.any():
         return ViewAgreement(None, partner, 0)
     table = _overlaps(left[both], there[both])
+    from scipy.optimize import linear_sum_assignment  # a tenth of a second to import
+
     rows, columns = linear_sum_assignment(table, maximize=True)
     used = table[rows, columns] > 0
     partner[rows[used]] = columns[used]

@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.compiled import compiled
+from geohue.compute.compiled import compiled, compiled_part
 
 
-@compiled
+@compiled_part
 def run_end(labels: NDArray[np.int32], first: int) -> int:
     """The position after the last point of the run of equal labels that begins at `first`."""
     p = first + 1
@@ -189,7 +189,7 @@ def window_deviation(
         _combine(channels, euclidean, out[y, 1:-1])
 
 
-@compiled
+@compiled_part
 def _add_rows(
     up: NDArray[np.uint8],
     here: NDArray[np.uint8],
@@ -203,7 +203,7 @@ def _add_rows(
         squares[i] = a * a + b * b + c * c
 
 
-@compiled
+@compiled_part
 def _deviate(
     sums: NDArray[np.int32],
     squares: NDArray[np.int32],
@@ -221,7 +221,7 @@ def _deviate(
         channels[i] = variance if euclidean else np.sqrt(variance)
 
 
-@compiled
+@compiled_part
 def _combine(channels: NDArray[np.float32], euclidean: bool, out: NDArray[np.float32]) -> None:
     for x in range(out.size):
         total = channels[3 * x] + channels[3 * x + 1] + channels[3 * x + 2]
