@@ -14,10 +14,26 @@ from typing import TYPE_CHECKING, Any
 from geohue._version import __version__
 
 if TYPE_CHECKING:
+    from geohue import (
+        baselines,
+        datasets,
+        features,
+        large,
+        measures,
+        merge,
+        read,
+        results,
+        sensors,
+        simulate,
+        spectral,
+        stereo,
+    )
     from geohue.camera import Intrinsics
+    from geohue.datasets import load_sample, open_dataset
     from geohue.errors import GeohueError, GeohueWarning
     from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
     from geohue.large import segment_file
+    from geohue.measures import evaluate
     from geohue.scene import Scene
     from geohue.segmentation.driver import segment
     from geohue.segmentation.result import Segmentation
@@ -35,7 +51,15 @@ _HOMES = {
     "Segmentation": "geohue.segmentation.result",
     "segment": "geohue.segmentation.driver",
     "segment_file": "geohue.large",
+    "evaluate": "geohue.measures",
+    "load_sample": "geohue.datasets",
+    "open_dataset": "geohue.datasets",
 }
+_ROOMS = (
+    *("baselines", "camera", "datasets", "errors", "features", "large", "measures", "merge"),
+    *("read", "results", "scene", "sensors", "settings", "simulate", "spectral", "stereo"),
+)
+"""Modules that `import geohue` makes reachable, each loaded on first use."""
 
 __all__ = [
     "PRESETS",
@@ -46,12 +70,29 @@ __all__ = [
     "Scene",
     "Segmentation",
     "__version__",
+    "baselines",
+    "datasets",
+    "evaluate",
+    "features",
+    "large",
+    "load_sample",
+    "measures",
+    "merge",
+    "open_dataset",
+    "read",
+    "results",
     "segment",
     "segment_file",
+    "sensors",
+    "simulate",
+    "spectral",
+    "stereo",
 ]
 
 
 def __getattr__(name: str) -> Any:
+    if name in _ROOMS:
+        return import_module(f"geohue.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'geohue' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
@@ -60,4 +101,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted({*__all__, *_HOMES, *_ROOMS})

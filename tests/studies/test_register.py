@@ -113,7 +113,7 @@ def test_units_by_hand(tmp_path: Path) -> None:
 
 def test_tum_depth_read_as_millimetres_is_doubted(tmp_path: Path) -> None:
     write_png(tmp_path / "depth.png", np.full((4, 4), 20000, np.uint16))
-    assert "--depth-scale tum" in read_depth(tmp_path / "depth.png").warnings[0]
+    assert "depth_scale=tum" in read_depth(tmp_path / "depth.png").warnings[0]
     assert read_depth(tmp_path / "depth.png", "tum").warnings == ()
     assert read_depth(tmp_path / "depth.png", 0.001).warnings == ()
 

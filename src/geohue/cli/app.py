@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import Annotated, NoReturn
 
@@ -17,8 +18,9 @@ from geohue.cli.info import info
 from geohue.cli.register import register
 from geohue.cli.segment import segment
 from geohue.cli.warm import warm
+from geohue.cli.words import as_options
 from geohue.compute.first_run import on_compile
-from geohue.errors import GeohueError
+from geohue.errors import GeohueError, GeohueWarning
 
 app = typer.Typer(
     help="Split scenes into their parts from colour and geometry together.",
@@ -57,7 +59,9 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status."""
     try:
-        with on_compile(_tell_of_compiling):
+        # What a scene warns of is printed from its `warnings`, a line each.
+        with on_compile(_tell_of_compiling), warnings.catch_warnings():
+            warnings.simplefilter("ignore", GeohueWarning)
             status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
         return _fail(str(error))
@@ -89,5 +93,5 @@ def _tell_of_compiling() -> None:
 
 
 def _fail(message: str, status: int = 2) -> int:
-    typer.echo("geohue: error: " + " ".join(message.split()), err=True)
+    typer.echo("geohue: error: " + as_options(" ".join(message.split())), err=True)
     return status

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
+from geohue.cli.words import as_options
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def stage_bar() -> Iterator[Any]:
 def warn(messages: Iterable[str]) -> None:
     """Print warnings, a line each."""
     for message in messages:
-        typer.echo(f"geohue: warning: {' '.join(message.split())}", err=True)
+        typer.echo(f"geohue: warning: {as_options(' '.join(message.split()))}", err=True)
 
 
 def read_camera(file: str | None) -> Intrinsics | None:

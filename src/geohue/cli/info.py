@@ -77,13 +77,9 @@ def describe_cloud(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
 
     cloud = read_cloud(path)
     known = np.isfinite(cloud.points).all(axis=-1)
-    notes: tuple[str, ...] = ()
-    if cloud.colors is None:
-        notes = ("no colours: it can be segmented with the pictures of calibrated cameras only",)
-        colors = np.zeros(cloud.points.shape, np.uint8)
-    else:
-        colors = cloud.colors
-    facts = describe(Scene.from_cloud(cloud.points, colors))
+    scene = Scene.from_cloud(cloud.points, cloud.colors)
+    notes = scene.warnings
+    facts = describe(scene)
     facts["read_as"] = format_of(path)
     facts |= {
         "colors": cloud.colors is not None,

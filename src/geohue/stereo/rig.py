@@ -92,13 +92,13 @@ class StereoRig:
         --------
         >>> StereoRig.guess(640, 480).warnings
         ('no stereo calibration: assuming f = 525 px, the centre of the image and an unknown
-        baseline; depth is in baselines and its proportions are a guess (give --calib)',)
+        baseline; depth is in baselines and its proportions are a guess (give rig=...)',)
         """
         camera = Intrinsics.guess(width, height)
         note = (
             f"no stereo calibration: assuming f = {camera.fx:.0f} px, the centre of the image and "
             "an unknown baseline; depth is in baselines and its proportions are a guess "
-            "(give --calib)"
+            "(give rig=...)"
         )
         return cls(camera, camera, warnings=(note,))
 

@@ -150,7 +150,7 @@ def _decoded(raw: NDArray[Any], decode: Decoder, path: str | Path) -> NDArray[An
     try:
         return decode(raw.astype(np.uint16))
     except GeohueError as error:
-        raise broken(path, f"{error}; choose another --depth-scale") from error
+        raise broken(path, f"{error}; choose another depth_scale") from error
 
 
 def _to_metres(raw: NDArray[Any], scale: float) -> NDArray[np.float32]:
@@ -171,7 +171,7 @@ def _doubts(depth: NDArray[np.float32], scale: float, path: str | Path) -> tuple
     if _PLAUSIBLE[0] <= median <= _PLAUSIBLE[1]:
         return ()
     cause = f"the median depth is {median:.3g} m with {scale:.6g} m per unit, which is implausible"
-    return (f"{path}: {cause}; give the right scale with --depth-scale",)
+    return (f"{path}: {cause}; give the right depth_scale",)
 
 
 def _unit_doubts(depth: NDArray[np.float32], path: str | Path) -> tuple[str, ...]:
@@ -181,7 +181,7 @@ def _unit_doubts(depth: NDArray[np.float32], path: str | Path) -> tuple[str, ...
         return ()
     return (
         f"{path}: depths reach {far:.0f} m if a unit is a millimetre; TUM's files need "
-        "--depth-scale tum, SUN RGB-D's sun; give the number of metres if this is right",
+        "depth_scale=tum, SUN RGB-D's sun; give the number of metres if this is right",
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import unicodedata
+import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from pathlib import Path
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame, picture_in, sorted_files
 from geohue.datasets.layouts import guess_layout, open_dataset
-from geohue.errors import GeohueError
+from geohue.errors import GeohueError, GeohueWarning
 from geohue.read.clouds.cloud import CLOUD_SUFFIXES
 from geohue.read.files import broken
 from geohue.read.images.depth_units import depth_unit
@@ -63,13 +64,18 @@ class Item:
     source: Path | Frame | tuple[Opening, int, str]
 
     def read(self) -> Scene:
-        """Read the scene.
+        """Read the scene, whose notes go into the table.
 
         Raises
         ------
         GeohueError
             If a file cannot be read, or the data set has other frames than when it was listed.
         """
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", GeohueWarning)
+            return self._read()
+
+    def _read(self) -> Scene:
         if isinstance(self.source, Path):
             return read_scene(self.source)
         if isinstance(self.source, Frame):
