@@ -22,7 +22,8 @@ from typing import Any
 
 from geohue.jobs.pool import one_thread, run_jobs
 from geohue.results.outputs import write_results
-from geohue.studies.batch import Settings, find_items
+from geohue.segmentation.driver import segment
+from geohue.studies.batch import find_items
 
 DATA = Path(os.environ.get("GEOHUE_DATA", Path(__file__).parents[2] / "shared" / "data"))
 PRESETS = ("best", "fast", "paper")
@@ -46,7 +47,7 @@ def frame_costs(frames: int, runs: int) -> dict[str, list[float]]:
                     scene = item.read()
                 for preset in PRESETS:
                     with timed(f"segment, {preset}"):
-                        seg = Settings(preset=preset).segment(scene)
+                        seg = segment(scene, preset=preset, threads=1)
                     for name, lean in (("write all", False), ("write labels (--lean)", True)):
                         with timed(f"{name}, {preset}"):
                             files = write_results(Path(out), scene, seg, lean=lean)

@@ -281,18 +281,16 @@ class TestMistakes:
             (["--detail", "nan"], "--detail nan: expected coarse, auto, fine or a number"),
             (
                 ["--detail", "fine", "--preset", "paper"],
-                "--detail fine needs levels, and --preset paper has none: leave out --detail, or "
-                "choose --preset best or fast",
+                "detail is 'fine', and preset 'paper' has no levels to choose from: leave out the "
+                "detail, or choose preset 'best' or 'fast'",
             ),
             (
                 ["--detail", "2", "--lambda", "0.5"],
-                "--detail 2 needs levels, and --lambda 0.5 has none: leave out --detail or ",
+                "detail is 2.0, and a weight of 0.5 has no levels to choose from: leave out the "
+                "detail, or the weight",
             ),
-            (
-                ["--detail", "2", "--method", "kmeans"],
-                "--detail 2 needs levels, and --method kmeans has none",
-            ),
-            (["--detail", "2", "-k", "3"], "--detail 2 and -k 3 both say how many segments"),
+            (["--detail", "2", "--method", "kmeans"], "and method 'kmeans' has no levels"),
+            (["--detail", "2", "-k", "3"], "detail is 2.0 and k is 3: give one of them"),
             (["--method", "magic"], "method 'magic'"),
             (["--intrinsics", "1,2,3"], "1,2,3"),
             (["--depth-scale", "0"], "depth scale 0"),

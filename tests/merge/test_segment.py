@@ -238,7 +238,7 @@ class TestCounts:
         with pytest.raises(GeohueError, match="k is 3: give one of them"):
             segment(room(0), 3, detail=detail)
         for options in ({"preset": "paper"}, {"weight": 2.0}, {"method": "kmeans"}):
-            with pytest.raises(GeohueError, match="have levels"):
+            with pytest.raises(GeohueError, match="no levels"):
                 segment(room(0), detail=detail, **options)
         with pytest.raises(GeohueError, match="detail is 'finest'"):
             segment(room(0), detail="finest")  # type: ignore[arg-type]

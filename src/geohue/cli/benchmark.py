@@ -9,7 +9,8 @@ import typer
 
 from geohue.cli import options
 from geohue.cli.console import whole_or_auto
-from geohue.cli.jobs import check_place, job_bar
+from geohue.cli.groups import with_groups
+from geohue.cli.jobs import JobOptions, job_bar
 from geohue.errors import GeohueError
 from geohue.settings import PAPER_METHOD
 
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
     from geohue.studies.benchmark.trials import Trial
 
 
+@with_groups
 def benchmark(
+    *,
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Frames: rgb, depth, labels, intrinsics.")
     ],
@@ -41,14 +44,7 @@ def benchmark(
         str | None,
         typer.Option(metavar="TOP,BOTTOM,LEFT,RIGHT", help="Use this part of each frame."),
     ] = None,
-    limit: Annotated[
-        int | None, typer.Option(help="Only so many frames, spread evenly over all.")
-    ] = None,
-    processes: Annotated[
-        int | None, typer.Option(help="Processes, each with one thread; by default 1.")
-    ] = None,
-    scheduler: options.Scheduler = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False,
+    jobs: JobOptions,
     plots: Annotated[bool, typer.Option(help="Draw plots and pictures.")] = True,
 ) -> None:
     """Measure methods on a folder of labelled frames.
@@ -59,7 +55,7 @@ def benchmark(
     """
     wanted_k = whole_or_auto(k, "-k")
     window = _crop(protocol, crop)
-    check_place(processes, scheduler)
+    jobs.check()
     from geohue.results.atomic import atomic_write
     from geohue.studies.benchmark.frames import find_frames
     from geohue.studies.benchmark.run import benchmark as run
@@ -74,10 +70,10 @@ def benchmark(
             trials,
             Conditions(wanted_k, components, seed),
             crop=window,
-            limit=limit,
-            processes=processes or 1,
-            scheduler=scheduler,
-            resume=resume,
+            limit=jobs.limit,
+            processes=jobs.processes or 1,
+            scheduler=jobs.scheduler,
+            resume=jobs.resume,
             progress=count,
         )
     text = table(summarise(rows))
@@ -86,7 +82,7 @@ def benchmark(
     if plots:
         from geohue.studies.benchmark.plots import draw_run
 
-        draw_run(out, rows, find_frames(folder, limit), window)
+        draw_run(out, rows, find_frames(folder, jobs.limit), window)
     typer.echo(text, nl=False)
     if any(row["error"] for row in rows):
         raise typer.Exit(1)

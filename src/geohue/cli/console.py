@@ -16,7 +16,7 @@ from geohue.errors import GeohueError
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.merge.levels import Detail
-    from geohue.segmentation.choice import Weight
+    from geohue.segmentation.arguments import Weight
 
 STAGES = {
     "features": "reading colour and geometry",

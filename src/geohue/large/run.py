@@ -26,9 +26,10 @@ from geohue.read.clouds.chunk import Chunks
 from geohue.read.clouds.chunks import open_chunks
 from geohue.read.files import broken, read_bytes
 from geohue.results.atomic import atomic_write
-from geohue.segmentation.choice import Weight, check_arguments, shortfalls
+from geohue.segmentation.arguments import SegmentArguments, Weight
+from geohue.segmentation.choice import shortfalls
 from geohue.segmentation.result import StageClock
-from geohue.settings import PAPER_METHOD, Preset, preset_named
+from geohue.settings import Preset, preset_named
 
 
 def segment_file(
@@ -135,7 +136,7 @@ RESULT = "result.json"
 
 
 def _check(question: Question, processes: int | None) -> None:
-    check_arguments(question.k, question.weight, question.seed, PAPER_METHOD)
+    SegmentArguments(k=question.k, weight=question.weight, seed=question.seed)  # checks them
     if question.weight in ("consensus", "merge"):
         raise GeohueError(
             f'weight="{question.weight}" needs the whole cloud in memory, and this one goes '

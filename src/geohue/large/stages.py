@@ -21,7 +21,7 @@ from geohue.large.targets import clear_parts, prepare
 from geohue.read.clouds.chunk import Chunks
 from geohue.read.files import broken
 from geohue.scene import Scene
-from geohue.segmentation.choice import Weight
+from geohue.segmentation.arguments import Weight
 from geohue.segmentation.result import StageClock
 from geohue.settings import Preset
 

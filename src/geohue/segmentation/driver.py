@@ -9,7 +9,6 @@ import numpy as np
 from geohue.compute.labels import relabel
 from geohue.compute.parallel import workers
 from geohue.consensus import spread
-from geohue.errors import GeohueError
 from geohue.features import cues_of
 from geohue.fill.gaps import fill_gaps
 from geohue.fill.unseen import label_unseen
@@ -18,21 +17,14 @@ from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene, prepare_scene
 from geohue.regions.images import connected_components
 from geohue.scene import Scene
-from geohue.segmentation.choice import (
-    Chooser,
-    Count,
-    Weight,
-    check_arguments,
-    check_count,
-    check_detail,
-    shortfalls,
-)
-from geohue.segmentation.clusterers import check_method, make_clusterer
+from geohue.segmentation.arguments import Count, SegmentArguments, Weight
+from geohue.segmentation.choice import Chooser, check_count, shortfalls
+from geohue.segmentation.clusterers import make_clusterer
 from geohue.segmentation.given import Segmentable, scene_given
 from geohue.segmentation.merged import merge_scene
 from geohue.segmentation.outcome import Outcome
 from geohue.segmentation.result import Progress, Segmentation, StageClock
-from geohue.settings import PAPER_METHOD, Preset, preset_named
+from geohue.settings import PAPER_METHOD, Preset
 from geohue.weight.quality import QualityMetric
 
 
@@ -113,18 +105,24 @@ def segment(
     """
     scene = scene_given(scene, k, cues)
     cues = cues_of(scene, cues)
-    settings, clock = preset_named(preset), StageClock(progress)
-    check_arguments(k, weight, seed, method)
-    merges = merges_regions(settings, weight, method)
-    check_detail(detail, k, merges)
-    if components and not scene.is_grid:
-        raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
-    check_method(method, cues, scene.is_grid)
+    asked = SegmentArguments(
+        k=k,
+        weight=weight,
+        preset=preset,
+        cues=cues,
+        method=method,
+        seed=seed,
+        detail=detail,
+        components=components,
+        fill=fill,
+    )
+    asked.check_scene(scene)
+    clock = StageClock(progress)
     with workers(threads) as team:
         with clock.stage("features"):  # Sec. II: eq. 1-5
-            prepared = prepare_scene(scene, settings, cues, seed, team)
+            prepared = prepare_scene(scene, asked.settings, cues, seed, team)
             check_count(len(prepared.features), k)
-        if merges:  # beyond the paper: many cuts vote, and regions merge on all the evidence
+        if asked.merges:  # beyond the paper: many cuts vote, and regions merge on all the evidence
             found = merge_scene(prepared, None if k == "auto" else k, detail, clock)
         else:
             found = _cut(prepared, method, k, weight, clock)
@@ -158,14 +156,8 @@ def segment(
         clock.timings(),
         tuple(notes),
         found.levels,
-        detail if merges and k == "auto" else None,
+        detail if asked.merges and k == "auto" else None,
     )
-
-
-def merges_regions(settings: Preset, weight: Weight, method: str) -> bool:
-    """Whether regions are merged: as the preset says unless a weight is given, or on request."""
-    rule = settings.weight.rule if weight == "auto" else weight
-    return rule == "merge" and method == PAPER_METHOD
 
 
 def _cut(

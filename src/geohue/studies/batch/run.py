@@ -14,6 +14,7 @@ from geohue.errors import GeohueError
 from geohue.jobs.ledger import Row
 from geohue.jobs.run import SETTINGS, Place, Table, run_table
 from geohue.results.outputs import write_results
+from geohue.segmentation.driver import segment
 from geohue.studies.batch.items import Item
 from geohue.studies.batch.settings import Settings
 from geohue.studies.machine import describe_machine
@@ -45,7 +46,7 @@ def run_task(task: Task) -> dict[str, Any]:
         )
     start = perf_counter()
     scene = task.item.read()
-    seg = task.settings.segment(scene)
+    seg = segment(scene, **task.settings.as_dict(), threads=1)
     folder, chosen = task.out / task.item.name, task.settings
     write_results(folder, scene, seg, chosen.formats, lean=chosen.lean)
     return {
@@ -114,7 +115,7 @@ def batch(
     """
     target = Path(out).absolute()
     chosen = settings or Settings()
-    asked = {"version": __version__, **(source or {}), **chosen.as_dict()}
+    asked = {"version": __version__, **(source or {}), **chosen.for_json()}
     return run_table(
         target,
         Table(TABLE, FIELDS, KEYS),

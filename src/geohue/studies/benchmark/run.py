@@ -17,9 +17,9 @@ from geohue.jobs.run import Place, Table, run_table
 from geohue.measures.crop import Crop
 from geohue.results.labels import write_labels
 from geohue.scene import Scene
-from geohue.segmentation.choice import check_arguments
+from geohue.segmentation.arguments import SegmentArguments
 from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
-from geohue.studies.benchmark.trials import OWN, Conditions, Trial, answer, scores
+from geohue.studies.benchmark.trials import Conditions, Trial, answer, scores
 from geohue.studies.machine import describe_machine
 
 TABLE = "frames.csv"
@@ -149,7 +149,7 @@ def benchmark(
     target = place(Path(out))
     frames = find_frames(place(Path(folder)), limit)
     chosen = conditions or Conditions()
-    check_arguments(chosen.k, "auto", chosen.seed, OWN)
+    SegmentArguments(k=chosen.k, seed=chosen.seed)  # checks them
     return run_table(
         target,
         Table(TABLE, FIELDS, KEYS),

@@ -19,8 +19,8 @@ from geohue.features import CUES
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import prepare_scene
 from geohue.scene import Scene
-from geohue.segmentation.choice import Count, check_arguments
-from geohue.segmentation.clusterers import METHODS, check_method
+from geohue.segmentation.arguments import Count, SegmentArguments
+from geohue.segmentation.clusterers import check_method
 from geohue.segmentation.driver import segment
 from geohue.segmentation.result import Segmentation
 from geohue.settings import preset_named
@@ -104,8 +104,8 @@ def compare(
     Processes are spawned: a script must call this below ``if __name__ == "__main__":``.
     """
     cells = plan(methods, cues)
-    check_arguments(k, "auto", seed, METHODS[0])
-    _check(scene, truth, preset, processes, timeout)
+    SegmentArguments(k=k, preset=preset, seed=seed)  # checks them
+    _check(scene, truth, processes, timeout)
     chosen = choose_count(scene, preset, seed) if k == "auto" else k
     found = {cell: result for cell in cells if (result := _undefined(cell, scene)) is not None}
     todo = [cell for cell in cells if cell not in found]
@@ -165,11 +165,9 @@ def _undefined(cell: Cell, scene: Scene) -> Result | None:
 def _check(
     scene: Scene,
     truth: NDArray[np.integer] | None,
-    preset: str,
     processes: int | None,
     timeout: float,
 ) -> None:
-    preset_named(preset)
     if truth is not None and truth.shape != scene.shape:
         raise GeohueError(
             f"the ground truth has shape {truth.shape}, the scene {scene.shape}: "
