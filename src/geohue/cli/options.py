@@ -305,9 +305,8 @@ def _frame_or_cloud(source: Path, given: SceneOptions) -> Scene:
     depth, scale = given.depth, _scale(given.depth_scale)
     if depth is not None or is_cloud(source) or not source.exists() or not guess_layout(source):
         return read_scene(source, depth, given.intrinsics, scale, **given.trust())
-    _leave_out("a data set", **given.trust())
     data = open_dataset(source, intrinsics=read_camera(given.intrinsics), depth_scale=scale)
-    scene = frame_of(data, given.frame).scene()
+    scene = frame_of(data, given.frame).scene(**given.trust())
     return replace(scene, warnings=(*data.notes, *scene.warnings))
 
 

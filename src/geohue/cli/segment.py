@@ -68,7 +68,7 @@ def segment(
     if as_json:
         print_json(seg.summary())
     else:
-        found = told(seg.k, seg.weight, how.method, how.cues, merged=seg.levels is not None)
+        found = told(seg.k, seg.weight, how.method, seg.cues, merged=seg.levels is not None)
         typer.echo(f"{found}, {seg.timings['total']:.2f} s")
     if files:
         names = ", ".join(file.name for file in files)

@@ -24,6 +24,9 @@ LAYOUTS = (
     "kitti",
     "middlebury",
     "ros",
+    "stray",
+    "record3d",
+    "arkit",
     "rig",
     "open3d",
     "pairs",
@@ -41,6 +44,9 @@ _ALIASES = {
     "mcap": "ros",
     "bag": "ros",
     "realsense": "ros",
+    "stray-scanner": "stray",
+    "polycam": "arkit",
+    "arkitscenes": "arkit",
 }
 
 

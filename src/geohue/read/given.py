@@ -97,9 +97,9 @@ def disparity(path: str | Path, scale: float | str | None) -> tuple[NDArray[np.f
     return image.disparity, image.warnings
 
 
-def cloud(path: str | Path) -> CloudData:
+def cloud(path: str | Path) -> tuple[CloudData, Notes]:
     """Read a cloud."""
-    return read_cloud(path)
+    return with_notes(read_cloud, path)
 
 
 def scene(path: str | Path) -> Scene:

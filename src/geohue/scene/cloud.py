@@ -34,7 +34,8 @@ def cloud_given(points: Picture, colors: ArrayLike | None, normals: ArrayLike | 
     if is_path(points):
         if colors is not None or normals is not None:
             raise GeohueError(f"{points} has its own colours and normals: leave out the others")
-        data = read("cloud", Path(points))
+        data, said = read("cloud", Path(points))
+        notes += said
         points, colors, normals = data.points, data.colors, data.normals
         notes += _place_note(data.source, data.offset)
     xyz = np.asarray(points)
