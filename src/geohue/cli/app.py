@@ -65,8 +65,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
             status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
         return _fail(str(error))
-    except (KeyboardInterrupt, typer.Abort):
-        return _fail("interrupted", 130)
+    except (KeyboardInterrupt, typer.Abort) as stop:
+        # The argument parser turns the one into the other.
+        kept = str(stop) or str(stop.__cause__ or "") or "no results were written"
+        return _fail(f"interrupted: {kept}", 130)
     except BrokenPipeError:
         sys.stderr.close()  # the reader has gone; there is nobody to tell
         return 1

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import print_json, read_camera, warn
+from geohue.cli.console import print_json, read_camera, warn, when_stopped
 from geohue.cli.groups import with_groups
-from geohue.cli.jobs import JobOptions, job_bar
+from geohue.cli.jobs import KEPT, JobOptions, job_bar
 
 if TYPE_CHECKING:
     from geohue.jobs.ledger import Row
@@ -61,7 +61,7 @@ def batch(
     )
     warn(notes)
     camera = {"layout": layout, "intrinsics": intrinsics, "depth_scale": depth_scale}
-    with job_bar() as count:
+    with when_stopped(KEPT.format(out=out)), job_bar() as count:
         rows = run(
             items,
             out,

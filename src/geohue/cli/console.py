@@ -65,6 +65,15 @@ def stage_bar() -> Iterator[Any]:
         yield begin
 
 
+@contextmanager
+def when_stopped(kept: str) -> Iterator[None]:
+    """Say what Ctrl-C leaves behind, and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        raise KeyboardInterrupt(kept) from stop
+
+
 def warn(messages: Iterable[str]) -> None:
     """Print warnings, a line each."""
     for message in messages:
