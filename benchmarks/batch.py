@@ -20,7 +20,8 @@ from statistics import median
 from time import perf_counter, process_time
 from typing import Any
 
-from geohue.jobs.pool import one_thread, run_jobs
+from geohue.jobs.outcome import one_thread
+from geohue.jobs.pool import run_jobs
 from geohue.results.outputs import write_results
 from geohue.segmentation.driver import segment
 from geohue.studies.batch import find_items
@@ -80,6 +81,7 @@ def jobs_a_second(count: int, rounds: int = 3) -> dict[str, list[float]]:
     return found
 
 
+@one_thread()
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -87,7 +89,6 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--jobs", type=int, default=2000)
     options = parser.parse_args()
-    one_thread()
     print("| a frame of 640 x 480 | median | range |\n| --- | ---: | ---: |")
     for name, values in frame_costs(options.frames, options.runs).items():
         unit = "" if name.endswith("MB") else " s"

@@ -25,8 +25,8 @@ from geohue.read.images.pictures import read_labels
 from geohue.results import write_ply
 from geohue.results.pcd import write_pcd
 from geohue.results.png import write_png
+from geohue.studies import items as module
 from geohue.studies.batch import Settings, find_items
-from geohue.studies.batch import items as module
 from jobs.frames import HEIGHT, WIDTH, write_frames
 
 HERE = Path(__file__).parent

@@ -69,6 +69,7 @@ def batch(
             source={"folder": str(folder.absolute()), **camera},
             processes=jobs.processes or min(cores(), len(items)),
             scheduler=jobs.scheduler,
+            timeout=jobs.timeout,
             resume=jobs.resume,
             progress=count,
         )

@@ -73,6 +73,7 @@ def benchmark(
             limit=jobs.limit,
             processes=jobs.processes or 1,
             scheduler=jobs.scheduler,
+            timeout=jobs.timeout,
             resume=jobs.resume,
             progress=count,
         )
@@ -93,16 +94,13 @@ def _plan(methods: str, cues: str, presets: str) -> list[Trial]:
     from geohue.features import CUES
     from geohue.settings import PRESETS
     from geohue.studies.benchmark.trials import OWN, plan
+    from geohue.studies.names import names_in
 
     return plan(
-        _names(methods, (OWN, *BASELINES)), _names(cues, CUES), _names(presets, tuple(PRESETS))
+        names_in(methods, (OWN, *BASELINES)),
+        names_in(cues, CUES),
+        names_in(presets, tuple(PRESETS)),
     )
-
-
-def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
-    if text == "all":
-        return known
-    return tuple(name for part in text.split(",") if (name := part.strip()))
 
 
 def _crop(protocol: str | None, crop: str | None) -> tuple[int, int, int, int] | None:

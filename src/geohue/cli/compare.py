@@ -71,14 +71,15 @@ def compare(
     from geohue.features import CUES
     from geohue.studies.compare import compare as run
     from geohue.studies.compare.cells import ROWS
+    from geohue.studies.names import names_in
 
     scene = options.load_scene(given)
     truth = None if gt is None else _truth(gt)
     with _counter() as count:
         done = run(
             scene,
-            _names(methods, ROWS),
-            _names(cues, CUES),
+            names_in(methods, ROWS),
+            names_in(cues, CUES),
             wanted_k,
             truth=truth,
             preset=preset,
@@ -107,12 +108,6 @@ def compare(
         typer.echo(f"{folder}: {names}, labels", err=as_json)
     if failed:
         raise typer.Exit(1)
-
-
-def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
-    if text == "all":
-        return known
-    return tuple(name for part in text.split(",") if (name := part.strip()))
 
 
 def _truth(path: Path) -> NDArray[np.int32]:

@@ -27,6 +27,10 @@ class JobOptions:
         ),
     ] = None
     scheduler: options.Scheduler = None
+    timeout: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Longest time for a frame, which then has failed."),
+    ] = None
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False
 
     def check(self) -> None:

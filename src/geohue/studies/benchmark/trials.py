@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from geohue.baselines import BASELINES
 from geohue.errors import GeohueError
-from geohue.features import CUES, check_cues, known_cues
+from geohue.features import CUES
 from geohue.measures import evaluate
 from geohue.scene import Scene
 from geohue.segmentation.driver import segment
 from geohue.settings import PAPER_METHOD, preset_named
+from geohue.studies.names import check_columns, check_names
 
 OWN = PAPER_METHOD
 """The method that the presets belong to."""
@@ -88,11 +89,8 @@ def plan(
     >>> [trial.name for trial in plan(["nncsc", "edison"], ["fusion", "color"], ["fast"])]
     ['nncsc-fusion-fast', 'nncsc-color-fast', 'edison-color']
     """
-    if not cues:
-        raise GeohueError(f"no cues given: choose among {', '.join(known_cues())}")
-    for name in cues:
-        check_cues(name)
-    _check("methods", methods, (OWN, *BASELINES))
+    check_columns(cues)
+    check_names("methods", methods, (OWN, *BASELINES))
     for preset in presets:
         preset_named(preset)
     trials: list[Trial] = []
@@ -106,14 +104,6 @@ def plan(
     if not trials:
         raise GeohueError("no method works on these cues: see the table in docs/evaluation.md")
     return trials
-
-
-def _check(what: str, given: Sequence[str], known: Sequence[str]) -> None:
-    for name in given:
-        if name not in known:
-            raise GeohueError(f"{what} {name!r}: choose among {', '.join(known)}")
-    if not given:
-        raise GeohueError(f"no {what} given: choose among {', '.join(known)}")
 
 
 def answer(trial: Trial, scene: Scene, conditions: Conditions) -> Answer:

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue._version import __version__
-from geohue.errors import GeohueError
-from geohue.features import CUES, check_cues, known_cues
+from geohue.features import CUES
 from geohue.segmentation.clusterers import METHODS
 from geohue.segmentation.result import Segmentation
+from geohue.studies.names import check_columns, check_names
 
 Status = Literal["done", "undefined", "failed"]
 
@@ -183,7 +183,7 @@ class Comparison:
         }
 
 
-def plan(methods: Sequence[str] = ROWS, cues: Sequence[str] = CUES) -> list[Cell]:
+def plan_cells(methods: Sequence[str] = ROWS, cues: Sequence[str] = CUES) -> list[Cell]:
     """Combine methods and cues, in the order given, each once.
 
     Raises
@@ -191,18 +191,7 @@ def plan(methods: Sequence[str] = ROWS, cues: Sequence[str] = CUES) -> list[Cell
     GeohueError
         For an unknown name, or none.
     """
-    _check("methods", methods, (*MERGING, *METHODS))
-    if not cues:
-        raise GeohueError(f"no cues given: choose among {', '.join(known_cues())}")
-    for name in cues:
-        check_cues(name)
+    check_names("methods", methods, (*MERGING, *METHODS))
+    check_columns(cues)
     columns = list(dict.fromkeys(cues))
     return [Cell(method, cue) for method in dict.fromkeys(methods) for cue in columns]
-
-
-def _check(what: str, given: Sequence[str], known: Sequence[str]) -> None:
-    for name in given:
-        if name not in known:
-            raise GeohueError(f"{what} {name!r}: choose among {', '.join(known)}")
-    if not given:
-        raise GeohueError(f"no {what} given: choose among {', '.join(known)}")
