@@ -109,7 +109,7 @@ def test_a_damaged_jpeg_is_refused_in_geohues_words(
 
 
 def test_what_others_write_while_a_picture_is_read_is_kept(
-    photo: Path, capfd: pytest.CaptureFixture[str]
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     from geohue.read.images.quiet import listened
 

@@ -13,6 +13,7 @@ from geohue.cli.batch import batch
 from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
 from geohue.cli.compare import compare
+from geohue.cli.console import StoppedError, when_stopped
 from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
 from geohue.cli.register import register
@@ -30,7 +31,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
-    app.command()(command)
+    app.command()(when_stopped("no results were written")(command))
 
 
 def _show_version(wanted: bool) -> None:
@@ -65,10 +66,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
             status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
         return _fail(str(error))
-    except (KeyboardInterrupt, typer.Abort) as stop:
-        # The argument parser turns the one into the other.
-        kept = str(stop) or str(stop.__cause__ or "") or "no results were written"
-        return _fail(f"interrupted: {kept}", 130)
+    except StoppedError as stop:
+        return _fail(f"interrupted: {stop}", 130)
+    except (KeyboardInterrupt, typer.Abort):
+        return _fail("interrupted", 130)
     except BrokenPipeError:
         sys.stderr.close()  # the reader has gone; there is nobody to tell
         return 1

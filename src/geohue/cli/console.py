@@ -65,13 +65,17 @@ def stage_bar() -> Iterator[Any]:
         yield begin
 
 
+class StoppedError(Exception):
+    """Ctrl-C, with what is kept; the argument parser would end on a KeyboardInterrupt silently."""
+
+
 @contextmanager
 def when_stopped(kept: str) -> Iterator[None]:
     """Say what Ctrl-C leaves behind, and how to go on."""
     try:
         yield
     except KeyboardInterrupt as stop:
-        raise KeyboardInterrupt(kept) from stop
+        raise StoppedError(kept) from stop
 
 
 def warn(messages: Iterable[str]) -> None:
