@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import whole_or_auto
+from geohue.cli.console import when_stopped, whole_or_auto
 from geohue.cli.groups import with_groups
 from geohue.cli.jobs import KEPT, JobOptions, job_bar
 from geohue.errors import GeohueError

@@ -133,6 +133,8 @@ def _kind(scene: Scene) -> str:
 def _text(value: object) -> str:
     if isinstance(value, list):
         return "  ".join(_text(item) for item in value)
+    if value is None:
+        return "not known"
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

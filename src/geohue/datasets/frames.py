@@ -139,14 +139,22 @@ class Dataset(Sequence[Frame]):
     frames : sequence of Frame
     notes : tuple of str
         Guesses that the user should know of.
+    registered : bool or None
+        Whether depth lies in the view of the pictures; None where the layout does not say.
     """
 
     def __init__(
-        self, layout: str, path: Path, frames: Sequence[Frame], notes: tuple[str, ...] = ()
+        self,
+        layout: str,
+        path: Path,
+        frames: Sequence[Frame],
+        notes: tuple[str, ...] = (),
+        registered: bool | None = True,
     ) -> None:
         if not frames:
             raise broken(path, f"has no frames in the layout {layout!r}; check the folder")
         self.layout, self.path, self.frames, self.notes = layout, path, frames, notes
+        self.registered = registered
 
     @overload
     def __getitem__(self, index: int) -> Frame: ...
@@ -177,7 +185,7 @@ class Dataset(Sequence[Frame]):
             "depth": _where(first.depth, self.path),
             "depth_scale": _unit_text(first.depth_scale),
             "fx_fy_cx_cy": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
-            "registered": rig is None,
+            "registered": False if rig is not None else self.registered,
             "second_camera": first.second is not None,
             "poses": sum(frame.T_world_camera is not None for frame in self.frames),
             "labels": sum(frame.labels is not None for frame in self.frames),

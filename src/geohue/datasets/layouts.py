@@ -109,7 +109,7 @@ def open_dataset(
     changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if changes:
         frames = [replace(frame, **changes) for frame in data]
-        data = Dataset(data.layout, data.path, frames, data.notes)
+        data = Dataset(data.layout, data.path, frames, data.notes, data.registered)
     return data
 
 
