@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.merge.levels import Detail
     from geohue.segmentation.arguments import Weight
+    from geohue.stereo.rig import StereoRig
 
 STAGES = {
     "features": "reading colour and geometry",
@@ -94,6 +95,18 @@ def read_camera(file: str | None) -> Intrinsics | None:
     camera, notes = with_notes(read_intrinsics, file)
     warn(notes)
     return camera
+
+
+def read_pair_calibration(file: str | None) -> StereoRig | None:
+    """Read ``--calib`` of a stereo pair, and warn of what is guessed."""
+    if file is None:
+        return None
+    from geohue.read.cameras.stereo_calibration import read_stereo_calibration
+    from geohue.read.files import with_notes
+
+    rig, notes = with_notes(read_stereo_calibration, file)
+    warn(notes)
+    return rig
 
 
 def print_json(content: Mapping[str, Any]) -> None:

@@ -14,6 +14,7 @@ from geohue.cli.groups import with_groups
 if TYPE_CHECKING:
     from geohue.datasets import Dataset
     from geohue.scene import Scene
+    from geohue.stereo.pair import StereoPair
 
 
 @with_groups
@@ -119,10 +120,26 @@ def describe(scene: Scene) -> dict[str, Any]:
             float(np.degrees(2 * np.arctan(n / (2 * f))))
             for n, f in ((scene.shape[1], camera.fx), (scene.shape[0], camera.fy))
         ]
-    return facts
+    return facts if scene.pair is None else facts | _pair_facts(scene.pair)
+
+
+def _pair_facts(pair: StereoPair) -> dict[str, Any]:
+    """Return what there is to know of the stereo pair that a scene was made of."""
+    import numpy as np
+
+    known = pair.disparity[np.isfinite(pair.disparity)]
+    return {
+        "baseline_m": pair.rig.baseline,
+        "doffs_px": float(pair.rig.offset),
+        "rectified_here": pair.unrectified is not None,
+        "with_disparity": int(known.size),
+        "disparity_px": [float(x) for x in np.quantile(known, (0.01, 0.5, 0.99))],
+    }
 
 
 def _kind(scene: Scene) -> str:
+    if scene.pair is not None:
+        return "stereo pair"
     if scene.depth is not None:
         return "RGB-D frame"
     if not scene.valid.any() and scene.is_grid:

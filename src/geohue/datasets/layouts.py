@@ -12,6 +12,7 @@ from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset
 from geohue.errors import GeohueError
 from geohue.read.files import broken, reason
+from geohue.stereo.rig import StereoRig
 
 LAYOUTS = (
     "tum",
@@ -30,6 +31,7 @@ LAYOUTS = (
     "rig",
     "open3d",
     "pairs",
+    "stereo",
 )
 """Names of the layouts, the most particular first: each is a module with `matches` and `load`."""
 
@@ -56,6 +58,7 @@ def open_dataset(
     *,
     intrinsics: Intrinsics | None = None,
     depth_scale: float | str | None = None,
+    rig: StereoRig | None = None,
 ) -> Dataset:
     """Open a data set or recording.
 
@@ -70,6 +73,8 @@ def open_dataset(
         The camera, instead of what the data set says or its layout assumes.
     depth_scale : float or str, optional
         Metres per unit or a name (`geohue.read.read_depth`), likewise.
+    rig : StereoRig, optional
+        The calibration of stereo pairs, likewise.
 
     Returns
     -------
@@ -105,11 +110,14 @@ def open_dataset(
         if str(path) in str(error):
             raise
         raise broken(path, str(error)) from error
-    given = {"intrinsics": intrinsics, "depth_scale": depth_scale}
+    if rig is not None and data[0].right is None:
+        raise broken(path, f"has no stereo pairs (layout {data.layout}), which rig=... is for")
+    given = {"intrinsics": intrinsics, "depth_scale": depth_scale, "stereo": rig}
     changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if changes:
         frames = [replace(frame, **changes) for frame in data]
-        data = Dataset(data.layout, data.path, frames, data.notes, data.registered)
+        notes = data.notes if rig is None else ()
+        data = Dataset(data.layout, data.path, frames, notes, data.registered)
     return data
 
 
