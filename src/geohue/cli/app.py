@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from geohue.cli import clock
 from geohue.cli.batch import batch
 from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
@@ -16,14 +17,16 @@ from geohue.cli.compare import compare
 from geohue.cli.console import StoppedError, when_stopped
 from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
+from geohue.cli.names import Command, Group, warnings_as_lines
 from geohue.cli.register import register
 from geohue.cli.segment import segment
 from geohue.cli.warm import warm
-from geohue.cli.words import as_options
+from geohue.cli.words import of_options
 from geohue.compute.first_run import on_compile
-from geohue.errors import GeohueError, GeohueWarning
+from geohue.errors import GeohueError, SceneWarning
 
 app = typer.Typer(
+    cls=Group,
     help="Split scenes into their parts from colour and geometry together.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -31,7 +34,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
-    app.command()(when_stopped("no results were written")(command))
+    app.command(cls=Command)(when_stopped("no results were written")(command))
 
 
 def _show_version(wanted: bool) -> None:
@@ -54,18 +57,19 @@ def _common(
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line; exit with 0, 2 for bad input or usage, or 130 when interrupted."""
-    sys.exit(run(arguments))
+    sys.exit(run(arguments, clock.LOADED))
 
 
-def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit status."""
+def run(arguments: Sequence[str] | None = None, began: float | None = None) -> int:
+    """Run the command line and return the exit status; `began` is as of `clock.begin`."""
+    clock.begin(began)
     try:
         # What a scene warns of is printed from its `warnings`, a line each.
-        with on_compile(_tell_of_compiling), warnings.catch_warnings():
-            warnings.simplefilter("ignore", GeohueWarning)
+        with warnings_as_lines(), on_compile(_tell_of_compiling), warnings.catch_warnings():
+            warnings.simplefilter("ignore", SceneWarning)
             status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
-        return _fail(str(error))
+        return _fail(of_options(str(error)))
     except StoppedError as stop:
         return _fail(f"interrupted: {stop}", 130)
     except (KeyboardInterrupt, typer.Abort):
@@ -96,5 +100,5 @@ def _tell_of_compiling() -> None:
 
 
 def _fail(message: str, status: int = 2) -> int:
-    typer.echo("geohue: error: " + as_options(" ".join(message.split())), err=True)
+    typer.echo("geohue: error: " + " ".join(message.split()), err=True)
     return status

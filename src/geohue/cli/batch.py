@@ -32,10 +32,7 @@ def batch(
     calib: options.Calib = None,
     how: options.SegmentOptions,
     formats: options.Formats = None,
-    lean: Annotated[
-        bool,
-        typer.Option("--lean", help="Write labels and result.json only, no pictures, no levels."),
-    ] = False,
+    lean: options.Lean = False,
     jobs: JobOptions,
     as_json: options.AsJson = False,
 ) -> None:

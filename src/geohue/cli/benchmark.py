@@ -91,14 +91,14 @@ def benchmark(
 
 def _plan(methods: str, cues: str, presets: str) -> list[Trial]:
     from geohue.baselines import BASELINES
-    from geohue.features import CUES
+    from geohue.features import cue_columns
     from geohue.settings import PRESETS
     from geohue.studies.benchmark.trials import OWN, plan
     from geohue.studies.names import names_in
 
     return plan(
         names_in(methods, (OWN, *BASELINES)),
-        names_in(cues, CUES),
+        names_in(cues, cue_columns()),
         names_in(presets, tuple(PRESETS)),
     )
 

@@ -68,9 +68,9 @@ def compare(
     exit status is then 1.
     """
     wanted_k = whole_or_auto(k, "-k")
-    from geohue.features import CUES
+    from geohue.features import cue_columns
     from geohue.studies.compare import compare as run
-    from geohue.studies.compare.cells import ROWS
+    from geohue.studies.compare.cells import all_rows
     from geohue.studies.names import names_in
 
     scene = options.load_scene(given)
@@ -78,8 +78,8 @@ def compare(
     with _counter() as count:
         done = run(
             scene,
-            names_in(methods, ROWS),
-            names_in(cues, CUES),
+            names_in(methods, all_rows()),
+            names_in(cues, cue_columns()),
             wanted_k,
             truth=truth,
             preset=preset,

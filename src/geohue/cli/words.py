@@ -1,50 +1,70 @@
-"""Messages of the library in the words of the command line: options in place of arguments."""
+"""What the library says of its arguments, said of the options of the command line."""
 
 from __future__ import annotations
 
 import re
 
 _OPTIONS = {
-    "depth_scale": "--depth-scale",
-    "disparity_scale": "--disparity-scale",
-    "min_depth": "--min-depth",
-    "max_depth": "--max-depth",
-    "least": "--least",
-    "confidence": "--confidence",
-    "mask": "--mask",
-    "intrinsics": "--intrinsics",
-    "disparity": "--disparity",
-    "rig": "--calib",
-    "pattern": "--pattern",
     "k": "-k",
     "weight": "--lambda",
-    "cues": "--cues",
-    "preset": "--preset",
-    "detail": "--detail",
-    "method": "--method",
-    "seed": "--seed",
-    "resume": "--resume",
+    "format": "--format",
+    "formats": "--format",
+} | {
+    name: f"--{name}"
+    for name in (
+        *("preset", "cues", "method", "seed", "detail", "components"),
+        *("memory", "processes", "scheduler", "layout", "views", "limit"),
+    )
 }
-_GIVEN = re.compile(
-    rf"(?<![\w./-])({'|'.join(_OPTIONS)})=(\"[^\"]*\"|'[^']*'|\.\.\.|[\w./+-]*[\w/+-])"
+_NAMES = "|".join(sorted(_OPTIONS, key=len, reverse=True))
+_VALUE = r"""('[^']*'|"[^"]*"|[-+.\w]+)"""
+
+_INPUTS = {"rig": "--calib"} | {
+    name: f"--{name.replace('_', '-')}"
+    for name in (
+        *("depth_scale", "disparity_scale", "min_depth", "max_depth", "least"),
+        *("confidence", "mask", "intrinsics", "disparity"),
+    )
+}
+_INPUT = re.compile(rf"(?<![\w./-])({'|'.join(_INPUTS)})=(\.\.\.|[\w./+-]*[\w/+-])")
+_NAMED = re.compile(rf"(?<![\w./-])({'|'.join(n for n in _INPUTS if '_' in n)})(?![\w./=-])")
+
+_PATTERNS = (
+    (re.compile(r"\b(overwrite|resume|lean)=True\b"), r"--\1"),
+    (re.compile(rf"\b({_NAMES})={_VALUE}"), None),  # weight="agreement"
+    (re.compile(rf"\b({_NAMES}) is {_VALUE}"), None),  # k is 0
+    (re.compile(r"\b(preset|cues|method|format|layout) ('[^']*'|\"[^\"]*\")"), None),
+    (re.compile(r"\b(lower|and|or|of) (k)(?=$|[ ,;:.])"), r"\1 -k"),
+    (re.compile(r"\b(leave out|or) the (detail|method|preset)\b"), r"\1 --\2"),
+    (re.compile(r"\b(leave out|or) the weight\b"), r"\1 --lambda"),
+    (re.compile(rf"\ba weight of {_VALUE}"), r"--lambda \1"),
+    (re.compile(r"\b(or|not) '([-+.\w]+)'"), r"\1 \2"),
 )
-_NAMED = re.compile(rf"(?<![\w./-])({'|'.join(n for n in _OPTIONS if '_' in n)})(?![\w./=-])")
 
 
-def as_options(text: str) -> str:
-    """Return a message with the arguments it names as options.
+def of_options(message: str) -> str:
+    """Return a message of the library with options in place of arguments.
 
     Examples
     --------
-    >>> as_options('go by cues="geometry", or give depth_scale=0.001 (not a depth_scale of 1)')
-    'go by --cues geometry, or give --depth-scale 0.001 (not a --depth-scale of 1)'
-    >>> as_options("give rig=... or resume=True; k=2 is fine; my/depth_scale.txt is no file")
-    'give --calib or --resume; -k 2 is fine; my/depth_scale.txt is no file'
+    >>> of_options('k is 0: expected "auto" or a whole number from 1 to 255')
+    '-k 0: expected "auto" or a whole number from 1 to 255'
+    >>> of_options('weight="consensus" needs the cloud in memory: choose weight="agreement"')
+    '--lambda consensus needs the cloud in memory: choose --lambda agreement'
+    >>> of_options("give rig=... or depth_scale=0.001; my/depth_scale.txt is no depth_scale")
+    'give --calib or --depth-scale 0.001; my/depth_scale.txt is no --depth-scale'
+    >>> of_options("method 'svm': choose one of nncsc, kmeans")
+    '--method svm: choose one of nncsc, kmeans'
     """
-    return _NAMED.sub(lambda found: _OPTIONS[found[1]], _GIVEN.sub(_option, text))
+    for pattern, text in _PATTERNS:
+        message = pattern.sub(_option if text is None else text, message)
+    return _NAMED.sub(lambda found: _INPUTS[found[1]], _INPUT.sub(_input, message))
+
+
+def _input(found: re.Match[str]) -> str:
+    option = _INPUTS[found[1]]
+    return option if found[2] == "..." else f"{option} {found[2]}"
 
 
 def _option(found: re.Match[str]) -> str:
-    value = found[2].strip("\"'")
-    option = _OPTIONS[found[1]]
-    return option if value in ("...", "True") else f"{option} {value}"
+    return f"{_OPTIONS[found[1]]} {found[2].strip(chr(39) + chr(34))}"

@@ -9,6 +9,7 @@ from geohue.features.raw import Raw
 from geohue.features.registry import (
     CUES,
     check_cues,
+    cue_columns,
     cues_of,
     known_cues,
     register_cue,
@@ -26,6 +27,7 @@ __all__ = [
     "Raw",
     "Side",
     "check_cues",
+    "cue_columns",
     "cues_of",
     "extract_features",
     "known_cues",

@@ -19,7 +19,7 @@ from geohue.read.arrays import read_npy
 from geohue.read.cameras.intrinsics import intrinsics_from_mapping, read_intrinsics
 from geohue.read.cameras.rig import read_rig, rig_from_mapping
 from geohue.read.cameras.stereo_calibration import read_stereo_calibration
-from geohue.read.clouds.cloud import CLOUD_SUFFIXES, CloudData, read_cloud
+from geohue.read.clouds.cloud import CLOUD_READERS, CloudData, read_cloud
 from geohue.read.files import read_bytes, with_notes
 from geohue.read.images.depth_units import DepthUnit, depth_unit
 from geohue.read.images.disparity import parse_disparity_scale, read_disparity
@@ -116,7 +116,7 @@ def range_points(
     path: str | Path, calibration: Rig, scale: float | str | None = None
 ) -> tuple[NDArray[np.float32], Notes]:
     """Read a scan, or the depth map of a rig's depth camera."""
-    if Path(path).suffix.lower() in CLOUD_SUFFIXES and calibration.depth is None:
+    if Path(path).suffix.lower() in CLOUD_READERS and calibration.depth is None:
         return read_cloud(path).points, ()
     image = read_range(path, calibration, scale)
     return image.depth, image.warnings

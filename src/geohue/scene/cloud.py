@@ -25,12 +25,15 @@ class Cloud:
     colors: NDArray[np.uint8]
     normals: NDArray[np.float32] | None
     has_colors: bool
+    offset: tuple[float, float, float]
+    source: Path | None
     notes: Notes
 
 
 def cloud_given(points: Picture, colors: ArrayLike | None, normals: ArrayLike | None) -> Cloud:
     """Check a cloud that is given as arrays or as a file."""
     notes: list[str] = []
+    taken, source = np.zeros(3), None
     if is_path(points):
         if colors is not None or normals is not None:
             raise GeohueError(f"{points} has its own colours and normals: leave out the others")
@@ -38,6 +41,7 @@ def cloud_given(points: Picture, colors: ArrayLike | None, normals: ArrayLike | 
         notes += said
         points, colors, normals = data.points, data.colors, data.normals
         notes += _place_note(data.source, data.offset)
+        taken, source = data.offset, data.source
     xyz = np.asarray(points)
     if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not is_real(xyz):
         raise GeohueError(
@@ -49,10 +53,11 @@ def cloud_given(points: Picture, colors: ArrayLike | None, normals: ArrayLike | 
         notes.append("no colours: the geometry alone tells the parts apart")
     else:
         rgb = check_cloud_colors(np.asarray(colors), xyz.shape)
-    cast = centered(xyz)
+    cast, near = centered(xyz)
+    x, y, z = (taken + np.asarray(near)).tolist()
     notes += oddities(cast)
     unit = check_normals(normals, xyz.shape)
-    return Cloud(cast, rgb, unit, colors is not None, tuple(notes))
+    return Cloud(cast, rgb, unit, colors is not None, (x, y, z), source, tuple(notes))
 
 
 def _place_note(source: object, offset: NDArray[np.float64]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -42,6 +43,11 @@ class SceneData:
         (`colors` has the nearest point's), and take no part in the segmentation.
     normals : float32, shape of `points`, or None
         Surface normals of length 1 that came with a cloud; NaN in all three where there is none.
+    offset : (float, float, float)
+        What was taken from the coordinates of a cloud: not zero for map coordinates, which float32
+        would blur.
+    source : Path or None
+        The cloud's file, whose points are those of the scene in its order.
     has_colors : bool
         False where the sensor gave no colour: `colors` is grey then, and `geohue.segment` goes by
         the geometry alone.
@@ -59,6 +65,8 @@ class SceneData:
     warnings: tuple[str, ...] = ()
     unseen: NDArray[np.bool_] | None = None
     normals: NDArray[np.float32] | None = None
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    source: Path | None = None
     has_colors: bool = True
     left_out: NDArray[np.bool_] | None = None
     pair: StereoPair | None = None
@@ -111,7 +119,7 @@ class SceneData:
 
     def take(self, positions: NDArray[np.int64]) -> Self:
         """Return the scene at some flat positions, in the shape of `positions`."""
-        changes: dict[str, Any] = {"pair": None}
+        changes: dict[str, Any] = {"source": None, "pair": None}
         for name in _OF_EACH_POINT:
             values = getattr(self, name)
             if values is not None:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geohue.camera import Intrinsics
 from geohue.compute.checks import check_disparity, check_image
-from geohue.errors import GeohueError, GeohueWarning
+from geohue.errors import GeohueError, SceneWarning
 from geohue.sensors.rig import Rig
 from geohue.stereo.formats import rig_from_content
 from geohue.stereo.rig import StereoRig
@@ -46,7 +46,7 @@ def read(what: str, *arguments: Any) -> Any:
 def tell(notes: Sequence[str], stacklevel: int = 3) -> None:
     """Warn of what a scene has in its `warnings`, on behalf of the caller's caller."""
     for note in notes:
-        warnings.warn(note, GeohueWarning, stacklevel=stacklevel)
+        warnings.warn(note, SceneWarning, stacklevel=stacklevel)
 
 
 def picture_given(given: Picture) -> tuple[NDArray[np.uint8], int]:

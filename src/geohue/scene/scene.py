@@ -157,6 +157,8 @@ class Scene(SceneData):
             warnings=cloud.notes,
             normals=cloud.normals,
             has_colors=cloud.has_colors,
+            offset=cloud.offset,
+            source=cloud.source,
         )
         tell(scene.warnings)
         return scene

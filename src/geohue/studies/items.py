@@ -15,8 +15,8 @@ from typing import NamedTuple, TypeVar
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame, picture_in, sorted_files
 from geohue.datasets.layouts import guess_layout, open_dataset
-from geohue.errors import GeohueError, GeohueWarning
-from geohue.read.clouds.cloud import CLOUD_SUFFIXES
+from geohue.errors import GeohueError, SceneWarning
+from geohue.read.clouds.cloud import CLOUD_READERS
 from geohue.read.files import broken
 from geohue.read.images.depth_units import depth_unit
 from geohue.read.scenes.scenes import read_scene
@@ -92,7 +92,7 @@ class Item:
             If a file cannot be read, or the data set has other frames than when it was listed.
         """
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", GeohueWarning)
+            warnings.simplefilter("ignore", SceneWarning)
             return self._read()
 
     def _read(self) -> Scene:
@@ -245,7 +245,7 @@ def _without_depth(data: Dataset) -> list[Frame]:
 
 def _file_items(root: Path, pictures: bool) -> list[Item]:
     """List the clouds of a folder or else, if wanted, its pictures."""
-    files = sorted_files(root, *(f"*{end}" for end in CLOUD_SUFFIXES if end not in _OTHERS))
+    files = sorted_files(root, *(f"*{end}" for end in CLOUD_READERS if end not in _OTHERS))
     if pictures:
         files = files or sorted_files(root, *_PICTURES)
     if not files:

@@ -13,7 +13,7 @@ from geohue import GeohueError, Scene
 from geohue.features import CUES
 from geohue.segmentation.driver import segment
 from geohue.studies.compare import Cell, Comparison, Result, compare, plan_cells
-from geohue.studies.compare.cells import ROWS
+from geohue.studies.compare.cells import all_rows
 from geohue.studies.compare.run import Shared, choose_count, run_cell
 
 Boxes = tuple[Scene, NDArray[np.int32]]
@@ -22,7 +22,7 @@ Boxes = tuple[Scene, NDArray[np.int32]]
 class TestPlan:
     def test_has_every_cell_of_figure_9(self) -> None:
         cells = plan_cells()
-        assert len(cells) == len(ROWS) * len(CUES)
+        assert len(cells) == len(all_rows()) * len(CUES)
         assert {"best", "nncsc", "kmeans", "meanshift", "felzenszwalb", "edison"} <= {
             cell.method for cell in cells
         }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from geohue.errors import GeohueError
-from geohue.read.clouds.cloud import CLOUD_SUFFIXES, is_colmap
+from geohue.read.clouds.cloud import CLOUD_READERS, is_colmap
 from geohue.read.files import broken
 from geohue.scene import Scene
 from geohue.scene.frame import mask_given
@@ -81,7 +81,7 @@ def read_scene(
 def is_cloud(path: str | Path) -> bool:
     """Whether a file is read as a cloud, by its name; or a folder, by the model in it."""
     file = Path(path)
-    return file.suffix.lower() in CLOUD_SUFFIXES or is_colmap(file)
+    return file.suffix.lower() in CLOUD_READERS or is_colmap(file)
 
 
 def _check_absent(source: str | Path, arguments: dict[str, object]) -> None:

@@ -96,9 +96,8 @@ def plan(
     trials: list[Trial] = []
     for method in dict.fromkeys(methods):
         own = method == OWN
-        known = cues if own else BASELINES[method].cues
         order = [*CUES, *(cue for cue in dict.fromkeys(cues) if cue not in CUES)]
-        chosen = [cue for cue in order if cue in cues and cue in known]
+        chosen = [c for c in order if c in cues and (own or BASELINES[method].works_on(c))]
         names = tuple(dict.fromkeys(presets)) if own else (NO_PRESET,)
         trials += [Trial(method, cue, preset) for cue in chosen for preset in names]
     if not trials:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from geohue.compute.parallel import cores, workers
 from geohue.errors import GeohueError
-from geohue.features import CUES
 from geohue.jobs.pool import check_timeout, run_jobs
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import prepare_scene
@@ -24,7 +23,7 @@ from geohue.segmentation.clusterers import check_method
 from geohue.segmentation.driver import segment
 from geohue.segmentation.result import Segmentation
 from geohue.settings import PAPER_METHOD, preset_named
-from geohue.studies.compare.cells import ROWS, Cell, Comparison, Result, plan_cells
+from geohue.studies.compare.cells import Cell, Comparison, Result, plan_cells
 
 TIMEOUT = 600.0
 """Seconds that a cell may take."""
@@ -47,8 +46,8 @@ class Shared:
 
 def compare(
     scene: Scene,
-    methods: Sequence[str] = ROWS,
-    cues: Sequence[str] = CUES,
+    methods: Sequence[str] | None = None,
+    cues: Sequence[str] | None = None,
     k: int | Literal["auto"] = "auto",
     *,
     truth: NDArray[np.integer] | None = None,
@@ -63,10 +62,11 @@ def compare(
     Parameters
     ----------
     scene : Scene
-    methods : sequence of str
-        The rows of the plate: methods of `geohue.segment`, and its presets "best" and "fast".
-    cues : sequence of {"fusion", "color", "geometry"}
-        Its columns.
+    methods : sequence of str, optional
+        The rows of the plate: methods of `geohue.segment`, and its presets that merge regions; by
+        default "best" and all methods.
+    cues : sequence of str, optional
+        Its columns, each as ``cues=`` of `geohue.segment`; by default `cue_columns`.
     k : int or "auto"
         Number of segments for the methods that are told it; "auto" is chosen once, by the
         proposed method on colour and geometry alike, and the same for all but the presets, which
