@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.results.atomic import atomic_write
 from geohue.results.png import write_png
 from geohue.stereo.pair import StereoPair
 
@@ -15,7 +14,7 @@ _LARGEST = np.iinfo(np.uint16).max
 _STEPS = 256  # of a pixel: KITTI's unit
 
 
-def write_pair(folder: Path, pair: StereoPair, labels: NDArray[np.int32]) -> list[Path]:
+def write_pair(folder: Path, pair: StereoPair, labels: NDArray[np.int32]) -> list[str]:
     """Write a pair that was rectified here, and the labels in the raw left image.
 
     Parameters
@@ -29,28 +28,28 @@ def write_pair(folder: Path, pair: StereoPair, labels: NDArray[np.int32]) -> lis
 
     Returns
     -------
-    list of Path
+    list of str
         ``disparity.png`` (16 bit, 1/256 px, 0 = none, values that do not fit left out); if the
         pair was rectified here also ``rectified_left.png``, ``rectified_right.png``,
         ``labels_original.png`` (16 bit, 0 = none) in the pixels of the left image as it was given,
         and ``rectification.npz``: ``x`` and ``y`` of each of those pixels in the rectified image.
     """
-    files = [folder / "disparity.png"]
-    write_png(files[0], to_steps(pair.disparity))
+    names = ["disparity.png"]
+    write_png(folder / names[0], to_steps(pair.disparity))
     if pair.unrectified is None:
-        return files
+        return names
     images: dict[str, NDArray[np.uint8] | NDArray[np.uint16]] = {
         "rectified_left": pair.left,
         "rectified_right": pair.right,
         "labels_original": (pair.to_original(labels, -1) + 1).astype(np.uint16),
     }
     for name, image in images.items():
-        files.append(folder / f"{name}.png")
-        write_png(files[-1], image)
-    files.append(folder / "rectification.npz")
-    with atomic_write(files[-1]) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(stream, x=pair.unrectified[..., 0], y=pair.unrectified[..., 1])
-    return files
+        names.append(f"{name}.png")
+        write_png(folder / names[-1], image)
+    names.append("rectification.npz")
+    x, y = (pair.unrectified[..., i] for i in (0, 1))
+    np.savez_compressed(folder / names[-1], x=x, y=y)
+    return names
 
 
 def to_steps(disparity: NDArray[np.float32]) -> NDArray[np.uint16]:
