@@ -70,8 +70,8 @@ def test_labels_return_to_the_raw_view() -> None:
     there = rig.left_map(120, 90)
     back = cv2.remap(turned, there, None, cv2.INTER_LINEAR)  # type: ignore[call-overload]
     inside = (slice(15, -15),) * 2
-    assert np.abs(back[inside].astype(int) - image[inside]).mean() < 4
-    assert np.abs(turned[inside].astype(int) - image[inside]).mean() > 8
+    errors = [np.abs(view[inside].astype(int) - image[inside]).mean() for view in (back, turned)]
+    assert 2 * errors[0] < errors[1]
     pair = Scene.from_stereo(image, image, rig, np.full((90, 120), 5.0)).pair
     assert pair is not None
     assert pair.unrectified is not None

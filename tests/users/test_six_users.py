@@ -71,7 +71,8 @@ def test_phone_lidar(boxes: Scene, tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_photogrammetry(boxes: Scene, tmp_path: Path) -> None:
     """A cloud in map coordinates, with a few points that are garbage."""
-    points = boxes.points[boxes.valid][::7].astype(np.float64) + [500_000, 4_000_000, 100]
+    points = boxes.points[boxes.valid][::7].astype(np.float64)
+    points += np.array([500_000.0, 4_000_000.0, 100.0])
     points[3] = np.nan
     write_ply(tmp_path / "scan.ply", points, boxes.colors[boxes.valid][::7], np.zeros(len(points)))
     assert run(["segment", str(tmp_path / "scan.ply"), "-o", str(tmp_path / "out"), *FAST]) == 0
