@@ -59,9 +59,10 @@ def test_sides_that_do_not_match(tmp_path: Path) -> None:
 
 
 def test_labels_return_to_the_raw_view() -> None:
-    image = cv2.GaussianBlur(RNG.integers(0, 256, (90, 120, 3)).astype(np.uint8), (0, 0), 1.5)
+    noise = RNG.integers(0, 256, (90, 120, 3)).astype(np.uint8)
+    image = np.asarray(cv2.GaussianBlur(noise, (0, 0), 1.5), np.uint8)
     camera = Intrinsics(100.0, 100.0, 59.5, 44.5, 120, 90)
-    turn = cv2.Rodrigues(np.array([0.0, 0.0, 0.05]))[0]
+    turn = np.asarray(cv2.Rodrigues(np.array([0.0, 0.0, 0.05]))[0], np.float64)
     rig = StereoRig(
         camera, camera, left_distortion=(-0.1, 0.0, 0.0, 0.0), rotation=turn,
         translation=np.array([-0.1, 0.0, 0.0]),
