@@ -14,14 +14,29 @@ from typing import TYPE_CHECKING, Any
 from geohue._version import __version__
 
 if TYPE_CHECKING:
+    from geohue import (
+        baselines,
+        datasets,
+        features,
+        large,
+        measures,
+        merge,
+        read,
+        results,
+        sensors,
+        simulate,
+        spectral,
+        stereo,
+    )
     from geohue.baselines import register_method
     from geohue.camera import Intrinsics
     from geohue.consensus import register_voter
-    from geohue.datasets import register_layout
+    from geohue.datasets import load_sample, open_dataset, register_layout
     from geohue.errors import GeohueError, GeohueWarning
     from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
     from geohue.features import register_cue
     from geohue.large import segment_file
+    from geohue.measures import evaluate
     from geohue.read.clouds.cloud import register_cloud_format
     from geohue.read.images.depth_units import register_sensor
     from geohue.scene import Scene
@@ -48,7 +63,15 @@ _HOMES = {
     "register_voter": "geohue.consensus",
     "segment": "geohue.segmentation.driver",
     "segment_file": "geohue.large",
+    "evaluate": "geohue.measures",
+    "load_sample": "geohue.datasets",
+    "open_dataset": "geohue.datasets",
 }
+_ROOMS = (
+    *("baselines", "camera", "datasets", "errors", "features", "large", "measures", "merge"),
+    *("read", "results", "scene", "sensors", "settings", "simulate", "spectral", "stereo"),
+)
+"""Modules that `import geohue` makes reachable, each loaded on first use."""
 
 __all__ = [
     "PRESETS",
@@ -59,6 +82,16 @@ __all__ = [
     "Scene",
     "Segmentation",
     "__version__",
+    "baselines",
+    "datasets",
+    "evaluate",
+    "features",
+    "large",
+    "load_sample",
+    "measures",
+    "merge",
+    "open_dataset",
+    "read",
     "register_cloud_format",
     "register_cue",
     "register_layout",
@@ -66,12 +99,19 @@ __all__ = [
     "register_preset",
     "register_sensor",
     "register_voter",
+    "results",
     "segment",
     "segment_file",
+    "sensors",
+    "simulate",
+    "spectral",
+    "stereo",
 ]
 
 
 def __getattr__(name: str) -> Any:
+    if name in _ROOMS:
+        return import_module(f"geohue.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'geohue' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
@@ -80,4 +120,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted({*__all__, *_HOMES, *_ROOMS})

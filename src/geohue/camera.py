@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from geohue.errors import GeohueError
 
@@ -81,6 +81,52 @@ class Intrinsics:
             )
         if self.depth_scale is not None and not 0 < self.depth_scale < np.inf:
             raise GeohueError(f"intrinsics: depth_scale {self.depth_scale} is not positive")
+
+    @classmethod
+    def from_numbers(
+        cls, numbers: ArrayLike, width: int | None = None, height: int | None = None
+    ) -> Intrinsics:
+        """Intrinsics of a camera matrix, or of four numbers.
+
+        Parameters
+        ----------
+        numbers : array-like
+            A 3 x 3 matrix K (also 3 x 4 or 4 x 4, whose other numbers are not used, or the nine
+            numbers of K in one row), row by row or, as Open3D and ARKit write it, column by
+            column; or fx, fy, cx, cy.
+        width, height : int, optional
+            Size in pixels of the image that they hold for.
+
+        Raises
+        ------
+        GeohueError
+            For anything else.
+
+        Examples
+        --------
+        >>> Intrinsics.from_numbers([[500, 0, 320], [0, 510, 240], [0, 0, 1]]).fy
+        510.0
+        >>> Intrinsics.from_numbers((500, 500, 320, 240)).cx
+        320.0
+        """
+        try:
+            values = np.asarray(numbers, np.float64)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise GeohueError("the camera's values are not all numbers") from error
+        if values.shape == (4,):
+            fx, fy, cx, cy = (float(value) for value in values)
+            return cls(fx, fy, cx, cy, width, height)
+        if values.size == 9:
+            values = values.reshape(3, 3)
+        if values.shape in ((3, 3), (3, 4), (4, 4)):
+            matrix = values[:3, :3]
+            for K in (matrix, matrix.T):
+                zeros = abs(K[1, 0]) + abs(K[2, 0]) + abs(K[2, 1])
+                if zeros == 0 and K[2, 2] == 1 and abs(K[0, 1]) <= 1e-2 * abs(K[0, 0]):
+                    fx, fy, cx, cy = (float(K[i]) for i in ((0, 0), (1, 1), (0, 2), (1, 2)))
+                    return cls(fx, fy, cx, cy, width, height)
+            raise GeohueError("its matrix is not a camera matrix [fx 0 cx; 0 fy cy; 0 0 1]")
+        raise GeohueError(f"a camera of shape {values.shape}: expected K (3, 3) or fx, fy, cx, cy")
 
     @classmethod
     def guess(cls, width: int, height: int) -> Intrinsics:

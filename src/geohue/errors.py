@@ -19,3 +19,7 @@ class GeohueError(ValueError):
 
 class GeohueWarning(UserWarning):
     """Input that geohue used after a guess or a repair that the user should know of."""
+
+
+class SceneWarning(GeohueWarning):
+    """What a scene has in its `warnings`."""

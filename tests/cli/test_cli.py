@@ -327,7 +327,7 @@ class TestMistakes:
             ([color, str(tmp_path / "none.png")], "none.png: no such file"),
             ([str(tmp_path), depth], "is a folder"),
             ([color, color], "one channel"),
-            ([color, str(small)], "differs in size"),
+            ([color, str(small)], "differs in shape"),
             ([color, str(cut)], "cut.png"),
             ([color, str(empty)], "all depth is missing"),
             ([color], "all depth is missing"),
@@ -350,7 +350,7 @@ class TestMistakes:
         pcd = tmp_path / "cut.pcd"
         pcd.write_text("VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\n")
         for arguments, message in (
-            ([str(bare)], "has no colours"),
+            ([str(bare), "--cues", "color"], "no colours: go by --cues geometry"),
             ([str(cut)], "cut.ply"),
             ([str(pcd)], "cut.pcd"),
             ([cloud, frame[1]], "own geometry"),

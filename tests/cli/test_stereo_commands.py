@@ -85,7 +85,7 @@ def test_exchanged_images_and_lost_scales(
     assert run(["segment", right, "--right", left]) == 2
     assert "exchange" in capsys.readouterr().err
     assert run(["segment", left, "--right", right, "--disparity-scale", "2"]) == 2
-    assert "no --disparity to scale" in capsys.readouterr().err
+    assert "--disparity-scale has no disparity to scale" in capsys.readouterr().err
 
 
 def test_calibrate_writes_what_segment_reads(

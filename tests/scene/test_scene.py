@@ -53,9 +53,10 @@ class TestFromRgbd:
             (RGB, np.ones((4, 6, 3)), "one channel"),
             (RGB, np.ones((4, 6), np.uint16), "depth_scale=0.001"),
             (RGB, np.ones((4, 6), complex), "complex128"),
-            (RGB.astype(np.float64), DEPTH, "expected uint8"),
-            (RGB.astype(np.uint16), DEPTH, "expected uint8"),
-            (np.zeros((4, 6, 4), np.uint8), DEPTH, r"\(4, 6, 4\)"),
+            (RGB + 200.0, DEPTH, "divide it by 255"),
+            (RGB - 1.0, DEPTH, "expected uint8"),
+            (RGB.astype(np.int32) + 256, DEPTH, "expected uint8"),
+            (np.zeros((4, 6, 2), np.uint8), DEPTH, r"\(4, 6, 2\)"),
             (np.zeros((0, 6, 3), np.uint8), np.ones((0, 6)), r"\(0, 6, 3\)"),
         ],
     )
@@ -98,7 +99,7 @@ class TestFromCloud:
             (np.zeros((5, 3)), np.zeros((4, 3)), "differ in shape"),
             (np.zeros((5, 3)), np.full((5, 3), 200.0), "0..1"),
             (np.zeros((5, 3)), np.full((5, 3), np.nan), "0..1"),
-            (np.zeros((5, 3)), np.zeros((5, 3), np.uint16), "uint16"),
+            (np.zeros((5, 3)), np.full((5, 3), 1 << 20), "int64"),
             (np.array([["a", "b", "c"]]), np.zeros((1, 3)), "numbers"),
         ],
     )

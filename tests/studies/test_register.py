@@ -113,7 +113,7 @@ def test_units_by_hand(tmp_path: Path) -> None:
 
 def test_tum_depth_read_as_millimetres_is_doubted(tmp_path: Path) -> None:
     write_png(tmp_path / "depth.png", np.full((4, 4), 20000, np.uint16))
-    assert "--depth-scale tum" in read_depth(tmp_path / "depth.png").warnings[0]
+    assert "depth_scale=tum" in read_depth(tmp_path / "depth.png").warnings[0]
     assert read_depth(tmp_path / "depth.png", "tum").warnings == ()
     assert read_depth(tmp_path / "depth.png", 0.001).warnings == ()
 
@@ -141,3 +141,64 @@ def test_real_units(data_dir: Path) -> None:
         depth = read_depth(folder / name, unit)
         assert np.nanmedian(depth.depth) == pytest.approx(median, abs=0.01)
         assert depth.warnings == ()
+
+
+def notes_of(arguments: list[str], capsys: pytest.CaptureFixture[str], status: int) -> list[str]:
+    assert run(arguments) == status
+    return capsys.readouterr().err.splitlines()
+
+
+def test_depth_of_another_size_than_the_rig(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small = Rig(beside(0.1).cameras, Lens(CAMERA.scaled_to(50, 40)))
+    color, depth = files(tmp_path, small)
+    calib = ["--calib", str(tmp_path / "rig.json"), "-o", str(tmp_path / "out")]
+    assert notes_of(["register", color, depth, *calib], capsys, 2) == [
+        f"geohue: error: {depth}: has the size of the picture, 100 x 80, and not that of the depth "
+        "camera, 50 x 40: is it registered already? Then give it to 'geohue segment' as it is"
+    ]
+    write_png(depth_file := tmp_path / "square.png", np.full((60, 60), 2000, np.uint16))
+    assert notes_of(["register", color, str(depth_file), *calib], capsys, 2) == [
+        f"geohue: error: {depth_file}: is 60 x 60, the calibration is for 50 x 40: another shape; "
+        "give the picture that belongs to the calibration"
+    ]
+
+
+def test_an_alignment_no_better_than_chance_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    color, depth = files(tmp_path)
+    rgb = np.random.default_rng(0).integers(0, 255, (80, 100, 3)).astype(np.uint8)
+    write_png(Path(color), rgb)  # whose edges are everywhere
+    calib = ["--calib", str(tmp_path / "rig.json"), "-o", str(tmp_path / "out")]
+    (line,) = notes_of(["register", color, depth, *calib], capsys, 0)
+    assert line.endswith(
+        " times as well as by chance, which is no alignment: check R and T (depth to colour, T in "
+        "metres), the camera and the depth scale"
+    )
+    flat = np.full((80, 100), 2000, np.uint16)
+    write_png(Path(depth), flat)
+    assert notes_of(["register", color, depth, *calib], capsys, 0) == [
+        "geohue: warning: the depth has no edge of an object: how well it lies cannot be measured"
+    ]
+
+
+def test_a_calibration_beside_pairs_does_not_make_them_registered(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("rgb", "depth"):
+        (tmp_path / name).mkdir()
+    color, depth = files(tmp_path)
+    Path(color).rename(tmp_path / "rgb" / "0.png")
+    Path(depth).rename(tmp_path / "depth" / "0.png")
+    assert run(["info", str(tmp_path)]) == 0
+    seen = capsys.readouterr()
+    assert "registered         not known" in seen.out
+    assert (
+        f"geohue: warning: {tmp_path / 'rig.json'} calibrates a depth and a colour camera: the "
+        "depth maps are taken to be registered already; if they are as the sensor gave them, use "
+        "geohue register"
+    ) in seen.err.splitlines()
+    assert run(["segment", str(tmp_path), "-k", "2", "--json", "--preset", "fast"]) == 0
+    assert "use geohue register" in capsys.readouterr().err

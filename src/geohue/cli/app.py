@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import Annotated, NoReturn
 
@@ -13,6 +14,7 @@ from geohue.cli.batch import batch
 from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
 from geohue.cli.compare import compare
+from geohue.cli.console import StoppedError, when_stopped
 from geohue.cli.evaluate import evaluate
 from geohue.cli.examples import help_of
 from geohue.cli.info import info
@@ -22,7 +24,7 @@ from geohue.cli.segment import segment
 from geohue.cli.warm import warm
 from geohue.cli.words import of_options
 from geohue.compute.first_run import on_compile
-from geohue.errors import GeohueError
+from geohue.errors import GeohueError, SceneWarning
 
 app = typer.Typer(
     cls=Group,
@@ -32,7 +34,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
-    app.command(cls=Command, help=help_of(command))(command)
+    stopped = when_stopped("no results were written")(command)
+    app.command(cls=Command, help=help_of(command))(stopped)
 
 
 def _show_version(wanted: bool) -> None:
@@ -62,10 +65,14 @@ def run(arguments: Sequence[str] | None = None, began: float | None = None) -> i
     """Run the command line and return the exit status; `began` is as of `clock.begin`."""
     clock.begin(began)
     try:
-        with warnings_as_lines(), on_compile(_tell_of_compiling):
+        # What a scene warns of is printed from its `warnings`, a line each.
+        with warnings_as_lines(), on_compile(_tell_of_compiling), warnings.catch_warnings():
+            warnings.simplefilter("ignore", SceneWarning)
             status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
         return _fail(of_options(str(error)))
+    except StoppedError as stop:
+        return _fail(f"interrupted: {stop}", 130)
     except (KeyboardInterrupt, typer.Abort):
         return _fail("interrupted", 130)
     except BrokenPipeError:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import print_json, read_camera, warn
+from geohue.cli.console import print_json, read_camera, read_pair_calibration, warn, when_stopped
 from geohue.cli.groups import with_groups
-from geohue.cli.jobs import JobOptions, job_bar
+from geohue.cli.jobs import KEPT, JobOptions, job_bar
 
 if TYPE_CHECKING:
     from geohue.jobs.ledger import Row
@@ -29,6 +29,7 @@ def batch(
     ] = None,
     intrinsics: options.Intrinsics = None,
     depth_scale: options.DepthScale = None,
+    calib: options.Calib = None,
     how: options.SegmentOptions,
     formats: options.Formats = None,
     lean: options.Lean = False,
@@ -53,12 +54,18 @@ def batch(
         layout,
         intrinsics=read_camera(intrinsics),
         depth_scale=depth_scale,
+        rig=read_pair_calibration(calib),
         pictures=how.cues == "color",
         limit=jobs.limit,
     )
     warn(notes)
-    camera = {"layout": layout, "intrinsics": intrinsics, "depth_scale": depth_scale}
-    with job_bar() as count:
+    camera = {
+        "layout": layout,
+        "intrinsics": intrinsics,
+        "depth_scale": depth_scale,
+        "calib": calib,
+    }
+    with when_stopped(KEPT.format(out=out)), job_bar() as count:
         rows = run(
             items,
             out,

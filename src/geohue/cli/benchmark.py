@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import whole_or_auto
+from geohue.cli.console import when_stopped, whole_or_auto
 from geohue.cli.groups import with_groups
-from geohue.cli.jobs import JobOptions, job_bar
+from geohue.cli.jobs import KEPT, JobOptions, job_bar
 from geohue.errors import GeohueError
 from geohue.settings import PAPER_METHOD
 
@@ -66,7 +66,7 @@ def benchmark(
     from geohue.studies.benchmark.trials import Conditions
 
     trials = _plan(methods, cues, presets)
-    with job_bar() as count:
+    with when_stopped(KEPT.format(out=out)), job_bar() as count:
         rows = run(
             folder,
             out,

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+_SIDES = ("left", "right")
+
+
 def calibrate(
     images: Annotated[
         list[Path],
@@ -49,8 +52,7 @@ def calibrate(
     from geohue.results.stereo_calibration import write_stereo_calibration
     from geohue.stereo import calibrate_stereo, epipolar_preview
 
-    if len(images) % 2:
-        raise GeohueError(f"{len(images)} pictures: give as many right ones as left ones")
+    _check_sides(images)
     half = len(images) // 2
     pairs = [(read_color(a), read_color(b)) for a, b in zip(images[:half], images[half:])]  # noqa: B905
     names = [path.name for path in images[:half]]
@@ -87,6 +89,36 @@ def calibrate(
         typer.echo(f"{view['left']:24} {view['left_error_px']:.3f} {view['right_error_px']:.3f} px")
     typer.echo(f"reprojection error {found.error:.3f} px over {len(views)} pairs")
     typer.echo(f"{out}: stereo.yml, rectified.png")
+
+
+def _check_sides(images: list[Path]) -> None:
+    """Raise an error unless there are as many right pictures as left ones, by their names."""
+    named = [_side(path) for path in images]
+    counts = [named.count(side) for side in ("left", "right")]
+    even = len(images) % 2 == 0
+    half = len(images) // 2
+    if None not in named and not (even and named == ["left"] * half + ["right"] * half):
+        lefts, rights = (_counted(n, side) for n, side in zip(counts, _SIDES, strict=True))
+        if counts[0] != counts[1]:
+            mend = "give a right one for every left one, and no other"
+        else:
+            mend = "give all left ones first, then all right ones in the same order"
+        raise GeohueError(f"{lefts} and {rights}: {mend}")
+    if not even:
+        raise GeohueError(f"{len(images)} pictures: give as many right ones as left ones")
+
+
+def _side(path: Path) -> str | None:
+    """Return which camera a picture's name or folder names, None if neither or both."""
+    for text in (path.stem.lower(), path.parent.name.lower()):
+        found = [side for side in _SIDES if side in text]
+        if len(found) == 1:
+            return found[0]
+    return None
+
+
+def _counted(n: int, side: str) -> str:
+    return f"{n} {side} picture{'' if n == 1 else 's'}"
 
 
 def _calibrate_rig(

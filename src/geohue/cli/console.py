@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.merge.levels import Detail
     from geohue.segmentation.arguments import Weight
+    from geohue.stereo.rig import StereoRig
 
 STAGES = {
     "features": "reading colour and geometry",
@@ -66,6 +67,19 @@ def stage_bar() -> Iterator[Any]:
         yield begin
 
 
+class StoppedError(Exception):
+    """Ctrl-C, with what is kept; the argument parser would end on a KeyboardInterrupt silently."""
+
+
+@contextmanager
+def when_stopped(kept: str) -> Iterator[None]:
+    """Say what Ctrl-C leaves behind, and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        raise StoppedError(kept) from stop
+
+
 def warn(messages: Iterable[str]) -> None:
     """Print warnings, a line each."""
     for message in messages:
@@ -82,6 +96,18 @@ def read_camera(file: str | None) -> Intrinsics | None:
     camera, notes = with_notes(read_intrinsics, file)
     warn(notes)
     return camera
+
+
+def read_pair_calibration(file: str | None) -> StereoRig | None:
+    """Read ``--calib`` of a stereo pair, and warn of what is guessed."""
+    if file is None:
+        return None
+    from geohue.read.cameras.stereo_calibration import read_stereo_calibration
+    from geohue.read.files import with_notes
+
+    rig, notes = with_notes(read_stereo_calibration, file)
+    warn(notes)
+    return rig
 
 
 def print_json(content: Mapping[str, Any]) -> None:

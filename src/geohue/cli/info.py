@@ -14,6 +14,7 @@ from geohue.cli.groups import with_groups
 if TYPE_CHECKING:
     from geohue.datasets import Dataset
     from geohue.scene import Scene
+    from geohue.stereo.pair import StereoPair
 
 
 @with_groups
@@ -79,13 +80,9 @@ def describe_cloud(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
 
     cloud = read_cloud(path)
     known = np.isfinite(cloud.points).all(axis=-1)
-    notes: tuple[str, ...] = ()
-    if cloud.colors is None:
-        notes = ("no colours: it can be segmented with the pictures of calibrated cameras only",)
-        colors = np.zeros(cloud.points.shape, np.uint8)
-    else:
-        colors = cloud.colors
-    facts = describe(Scene.from_cloud(cloud.points, colors))
+    scene = Scene.from_cloud(cloud.points, cloud.colors)
+    notes = scene.warnings
+    facts = describe(scene)
     facts["read_as"] = format_of(path)
     facts |= {
         "colors": cloud.colors is not None,
@@ -123,10 +120,26 @@ def describe(scene: Scene) -> dict[str, Any]:
             float(np.degrees(2 * np.arctan(n / (2 * f))))
             for n, f in ((scene.shape[1], camera.fx), (scene.shape[0], camera.fy))
         ]
-    return facts
+    return facts if scene.pair is None else facts | _pair_facts(scene.pair)
+
+
+def _pair_facts(pair: StereoPair) -> dict[str, Any]:
+    """Return what there is to know of the stereo pair that a scene was made of."""
+    import numpy as np
+
+    known = pair.disparity[np.isfinite(pair.disparity)]
+    return {
+        "baseline_m": pair.rig.baseline,
+        "doffs_px": float(pair.rig.offset),
+        "rectified_here": pair.unrectified is not None,
+        "with_disparity": int(known.size),
+        "disparity_px": [float(x) for x in np.quantile(known, (0.01, 0.5, 0.99))],
+    }
 
 
 def _kind(scene: Scene) -> str:
+    if scene.pair is not None:
+        return "stereo pair"
     if scene.depth is not None:
         return "RGB-D frame"
     if not scene.valid.any() and scene.is_grid:
@@ -137,6 +150,8 @@ def _kind(scene: Scene) -> str:
 def _text(value: object) -> str:
     if isinstance(value, list):
         return "  ".join(_text(item) for item in value)
+    if value is None:
+        return "not known"
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

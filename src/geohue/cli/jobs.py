@@ -46,6 +46,10 @@ def check_place(processes: int | None, scheduler: str | None) -> None:
         raise GeohueError("--processes and --scheduler both say where to work: give one")
 
 
+KEPT = "the frames that are done are kept in {out}; the same command with --resume goes on"
+"""What Ctrl-C leaves of a run of many jobs."""
+
+
 @contextmanager
 def job_bar() -> Iterator[Callable[[int, int, str], None]]:
     """Show a progress bar on standard error, and every failure as a line above it."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from geohue.cli.console import read_camera, read_detail, read_weight, whole_or_auto
+from geohue.cli.depth_options import Confidence, Least, Mask, MaxDepth, MinDepth
 from geohue.errors import GeohueError
 from geohue.settings import PAPER_METHOD
 
@@ -232,6 +233,11 @@ class SceneOptions:
     sample: Sample = None
     intrinsics: Intrinsics = None
     depth_scale: DepthScale = None
+    confidence: Confidence = None
+    least: Least = None
+    min_depth: MinDepth = None
+    max_depth: MaxDepth = None
+    mask: Mask = None
     right: Right = None
     disparity: Disparity = None
     disparity_scale: DisparityScale = None
@@ -239,6 +245,13 @@ class SceneOptions:
     views: Views = 2
     cameras: Cameras = None
     frame: Frame = None
+
+    def trust(self) -> dict[str, Any]:
+        """Return which depth is used, as `read_scene` takes it."""
+        names = ("confidence", "least", "min_depth", "max_depth", "mask")
+        if self.least is not None and self.confidence is None:
+            raise GeohueError("--least has nothing to compare with: give --confidence too")
+        return {name: getattr(self, name) for name in names}
 
     def beside_source(self) -> dict[str, Any]:
         """Return what is given but for the source, by what the user calls it."""
@@ -303,7 +316,8 @@ def load_scene(given: SceneOptions) -> Scene:
     disparity, disparity_scale, calib = given.disparity, given.disparity_scale, given.calib
     if given.right is not None:
         _leave_out("--right", DEPTH=depth, intrinsics=intrinsics, depth_scale=given.depth_scale)
-        _leave_out("--right", camera=given.cameras, frame=given.frame is not None)
+        _leave_out("--right", camera=given.cameras, **given.trust())
+        _leave_out("--right", frame=given.frame is not None)
         from geohue.read.scenes.stereo import read_stereo_scene
 
         pair = source, given.right
@@ -313,7 +327,7 @@ def load_scene(given: SceneOptions) -> Scene:
         return _range_scene(source, given)
     _need("--right or --camera", "stereo pairs and rigs", calib=calib)
     _need("--right or --camera", "two views", views=None if given.views == 2 else given.views)
-    return _frame_or_cloud(source, depth, intrinsics, _scale(given.depth_scale), given.frame)
+    return _frame_or_cloud(source, given)
 
 
 def check_pieces(option: str, given: SceneOptions, how: SegmentOptions, **others: Any) -> None:
@@ -326,7 +340,7 @@ def check_pieces(option: str, given: SceneOptions, how: SegmentOptions, **others
 
 
 def _range_scene(source: Path, given: SceneOptions) -> Scene:
-    _leave_out("--camera", DEPTH=given.depth, intrinsics=given.intrinsics)
+    _leave_out("--camera", DEPTH=given.depth, intrinsics=given.intrinsics, **given.trust())
     _leave_out("--camera", frame=given.frame is not None)
     if given.calib is None:
         raise GeohueError("--camera needs the rig of the sensors: give it with --calib")
@@ -336,24 +350,20 @@ def _range_scene(source: Path, given: SceneOptions) -> Scene:
     return read_range_scene(source, pictures, [given.calib], scale, 1 if given.views == 1 else 2)
 
 
-def _frame_or_cloud(
-    source: Path,
-    depth: Path | None,
-    intrinsics: str | None,
-    depth_scale: float | str | None,
-    frame: int | None,
-) -> Scene:
+def _frame_or_cloud(source: Path, given: SceneOptions) -> Scene:
     from geohue.datasets.layouts import guess_layout, open_dataset
     from geohue.read.scenes.scenes import is_cloud, read_scene
 
+    depth, scale = given.depth, _scale(given.depth_scale)
     if depth is not None or is_cloud(source) or not source.exists() or not guess_layout(source):
-        if frame is not None:
+        if given.frame is not None:
             raise GeohueError(
                 "--frame chooses a frame of a data set, and this is one: leave it out"
             )
-        return read_scene(source, depth, intrinsics, depth_scale)
-    data = open_dataset(source, intrinsics=read_camera(intrinsics), depth_scale=depth_scale)
-    return frame_of(data, frame).scene()
+        return read_scene(source, depth, given.intrinsics, scale, **given.trust())
+    data = open_dataset(source, intrinsics=read_camera(given.intrinsics), depth_scale=scale)
+    scene = frame_of(data, given.frame).scene(**given.trust())
+    return replace(scene, warnings=(*data.notes, *scene.warnings))
 
 
 def frame_of(data: Dataset, frame: int | None) -> DatasetFrame:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from geohue.cli.clock import passed
-from geohue.cli.console import print_json, warn
+from geohue.cli.console import print_json, warn, when_stopped
 from geohue.cli.jobs import check_place
 from geohue.cli.options import SegmentOptions
 from geohue.errors import GeohueError
@@ -71,7 +71,8 @@ def segment_pieces(
     if as_json and out is None:
         raise GeohueError("--json with --memory: give the folder of the labels with -o")
     folder = out or Path("geohue-out")
-    with _bar() as progress:
+    kept = f"what is done is kept in {folder}; the same command with --resume goes on"
+    with when_stopped(kept), _bar() as progress:
         from geohue.large import segment_file
 
         found = segment_file(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from math import isnan
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from geohue.cli.console import print_json, warn
+
+_AGREE = "edges agree {:.2f} times as well as by chance"
 
 
 def register(
@@ -51,8 +54,6 @@ def register(
         print_json(done.summary())
         return
     names = ", ".join(file.name for file in done.files)
-    typer.echo(
-        f"{done.covered:.0%} of the picture has depth; edges agree {done.edge_agreement:.2f} "
-        "times better than chance"
-    )
+    edges = "" if isnan(done.edge_agreement) else f"; {_AGREE.format(done.edge_agreement)}"
+    typer.echo(f"{done.covered:.0%} of the picture has depth{edges}")
     typer.echo(f"{out}: {names}")

@@ -19,6 +19,16 @@ _OPTIONS = {
 _NAMES = "|".join(sorted(_OPTIONS, key=len, reverse=True))
 _VALUE = r"""('[^']*'|"[^"]*"|[-+.\w]+)"""
 
+_INPUTS = {"rig": "--calib"} | {
+    name: f"--{name.replace('_', '-')}"
+    for name in (
+        *("depth_scale", "disparity_scale", "min_depth", "max_depth", "least"),
+        *("confidence", "mask", "intrinsics", "disparity"),
+    )
+}
+_INPUT = re.compile(rf"(?<![\w./-])({'|'.join(_INPUTS)})=(\.\.\.|[\w./+-]*[\w/+-])")
+_NAMED = re.compile(rf"(?<![\w./-])({'|'.join(n for n in _INPUTS if '_' in n)})(?![\w./=-])")
+
 _PATTERNS = (
     (re.compile(r"\b(overwrite|resume|lean)=True\b"), r"--\1"),
     (re.compile(rf"(?<![-\w])({_NAMES})={_VALUE}"), None),  # weight="agreement"
@@ -41,12 +51,19 @@ def of_options(message: str) -> str:
     '-k 0: expected "auto" or a whole number from 1 to 1000000'
     >>> of_options('weight="consensus" needs the cloud in memory: choose weight="agreement"')
     '--lambda consensus needs the cloud in memory: choose --lambda agreement'
+    >>> of_options("give rig=... or depth_scale=0.001; my/depth_scale.txt is no depth_scale")
+    'give --calib or --depth-scale 0.001; my/depth_scale.txt is no --depth-scale'
     >>> of_options("method 'svm': choose one of nncsc, kmeans")
     '--method svm: choose one of nncsc, kmeans'
     """
     for pattern, text in _PATTERNS:
         message = pattern.sub(_option if text is None else text, message)
-    return message
+    return _NAMED.sub(lambda found: _INPUTS[found[1]], _INPUT.sub(_input, message))
+
+
+def _input(found: re.Match[str]) -> str:
+    option = _INPUTS[found[1]]
+    return option if found[2] == "..." else f"{option} {found[2]}"
 
 
 def _option(found: re.Match[str]) -> str:

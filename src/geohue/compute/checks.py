@@ -16,31 +16,59 @@ def is_real(array: NDArray[np.generic]) -> bool:
 
 
 def check_image(rgb: ArrayLike) -> NDArray[np.uint8]:
-    """Return an image as (H, W, 3) uint8, or say what is wrong with it."""
+    """Return an image as (H, W, 3) uint8, or say what is wrong with it.
+
+    Examples
+    --------
+    >>> check_image(np.full((1, 1, 4), 0.5)).tolist(), check_image(np.uint16([[513]])).tolist()
+    ([[[128, 128, 128]]], [[[2, 2, 2]]])
+    """
     image = np.asarray(rgb)
-    if image.dtype != np.uint8:
-        raise GeohueError(f"the image has type {image.dtype}: expected uint8 sRGB (0..255)")
-    if image.ndim == 2:
-        image = np.repeat(image[..., None], 3, axis=2)
-    if image.ndim != 3 or image.shape[2] != 3 or image.size == 0:
-        raise GeohueError(f"the image has shape {image.shape}: expected (H, W, 3) or (H, W)")
-    return np.ascontiguousarray(image)
+    channels = image[..., None] if image.ndim == 2 else image
+    if channels.ndim != 3 or channels.shape[2] not in (1, 3, 4) or channels.size == 0:
+        raise GeohueError(
+            f"the image has shape {image.shape}: expected (H, W, 3), (H, W, 4) with alpha, or "
+            "(H, W) for grey"
+        )
+    colors = as_bytes(channels[..., :3], "image")
+    return np.ascontiguousarray(np.repeat(colors, 3, axis=2) if colors.shape[2] == 1 else colors)
 
 
-def check_depth(
-    depth: ArrayLike, shape: tuple[int, ...], scale: float | None
-) -> NDArray[np.float32]:
+def as_bytes(values: NDArray[np.generic], what: str) -> NDArray[np.uint8]:
+    """Return colours of any usual type as 0..255, or say what is wrong with them.
+
+    Whole numbers up to 255 are taken as they are, 16-bit ones beyond by their upper byte, and
+    fractions within 0..1 times 255.
+    """
+    if values.dtype == np.uint8:
+        return np.asarray(values, np.uint8)
+    expected = "expected uint8 (0..255), uint16, or floats within 0..1"
+    if not is_real(values):
+        raise GeohueError(f"{what} of type {values.dtype}: {expected}")
+    if values.size == 0:
+        return values.astype(np.uint8)
+    low, high = values.min(), values.max()
+    if values.dtype.kind == "f":
+        if not (low >= 0 and high <= 1):
+            mend = "; divide it by 255" if 1 < high <= 255 and low >= 0 else ""
+            found = f"{low:.4g} to {high:.4g}"
+            raise GeohueError(f"{what} with {values.dtype} values from {found}: {expected}{mend}")
+        return np.rint(values.astype(np.float64) * 255).astype(np.uint8)
+    if low >= 0 and high <= 255:
+        return values.astype(np.uint8)
+    if values.dtype == np.uint16:
+        return (values.astype(np.uint16) >> 8).astype(np.uint8)
+    raise GeohueError(f"{what} with {values.dtype} values from {low} to {high}: {expected}")
+
+
+def check_depth(depth: ArrayLike, scale: float | None) -> NDArray[np.float32]:
     """Return a depth map in metres with gaps for what is missing, or say what is wrong with it."""
-    raw = np.asarray(depth)
-    if raw.ndim != 2:
+    given = np.asarray(depth)
+    raw = given[..., 0] if given.ndim == 3 and given.shape[2] == 1 else given
+    if raw.ndim != 2 or raw.size == 0:
         raise GeohueError(
             f"the depth map has shape {raw.shape}: expected (H, W), one channel; "
             "a picture of the depth in colours cannot be used"
-        )
-    if raw.shape != shape:
-        raise GeohueError(
-            f"image and depth differ in size: {shape[1]} x {shape[0]} and "
-            f"{raw.shape[1]} x {raw.shape[0]}; register the depth to the image first"
         )
     if not is_real(raw):
         raise GeohueError(f"the depth map has type {raw.dtype}: expected floats or integers")
@@ -70,19 +98,13 @@ def check_disparity(disparity: ArrayLike) -> NDArray[np.floating[Any]]:
 
 def check_cloud_colors(colors: NDArray[np.generic], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Return the colours of a cloud as uint8, or say what is wrong with them."""
-    if colors.shape != shape:
+    rgb = colors[..., :3] if colors.ndim == len(shape) and colors.shape[-1:] == (4,) else colors
+    if rgb.shape != shape:
         raise GeohueError(
             f"points and colours differ in shape: {shape} and {colors.shape}; "
             "every point needs red, green and blue"
         )
-    if colors.dtype == np.uint8:
-        return np.ascontiguousarray(colors, dtype=np.uint8)
-    values = colors.astype(np.float64) if colors.dtype.kind == "f" else None
-    if values is None or not (values.size == 0 or (values.min() >= 0 and values.max() <= 1)):
-        raise GeohueError(
-            f"the colours have type {colors.dtype}: expected uint8, or floats within 0..1"
-        )
-    return np.rint(values * 255).astype(np.uint8)
+    return np.ascontiguousarray(as_bytes(rgb, "colours"))
 
 
 def check_normals(normals: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32] | None:

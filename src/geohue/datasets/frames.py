@@ -16,6 +16,9 @@ from geohue.read.files import broken
 from geohue.read.images.depth_units import DepthUnit
 from geohue.scene import Scene
 from geohue.sensors.rig import Rig
+from geohue.stereo.rig import StereoRig
+
+_TWICE = 2.5  # times the width of a depth map
 
 Color = Path | Callable[[], NDArray[np.uint8]]
 Depth = Path | Callable[[], NDArray[np.float32]]
@@ -45,6 +48,12 @@ class Frame:
         The picture of the rig's second camera.
     labels : Path or None
         Reference labels of the frame.
+    confidence : Path, callable or None
+        How sure the sensor is of each pixel of the depth map (`Scene.from_rgbd`).
+    right : Path, callable or None
+        The right picture of a stereo pair, `color` being the left one; there is no `depth` then.
+    stereo : StereoRig or None
+        The calibration of the pair, where it is known.
     """
 
     name: str
@@ -56,6 +65,9 @@ class Frame:
     rig: Rig | None = None
     second: Color | None = None
     labels: Path | None = None
+    confidence: Path | Callable[[], NDArray[Any]] | None = None
+    right: Color | None = None
+    stereo: StereoRig | None = None
 
     def read_color(self) -> NDArray[np.uint8]:
         """Return the picture, (H, W, 3) uint8."""
@@ -75,8 +87,21 @@ class Frame:
 
         return read_depth(self.depth, self.depth_scale).depth
 
-    def scene(self) -> Scene:
-        """Read the frame as a scene; unregistered depth is registered, range points coloured."""
+    def scene(self, **trust: Any) -> Scene:
+        """Read the frame as a scene; unregistered depth is registered, range points coloured.
+
+        Parameters
+        ----------
+        **trust
+            Which depth is used, as the arguments of `Scene.from_rgbd` by name (least, min_depth,
+            ...), for a frame with registered depth.
+        """
+        given = {name: value for name, value in trust.items() if value is not None}
+        if given and (self.depth is None or self.rig is not None):
+            what = "a frame without registered depth"
+            raise GeohueError(f"{self.name}: is {what}: leave out {', '.join(given)}")
+        if self.right is not None:
+            return Scene.from_stereo(self.read_color(), _picture(self.right), self.stereo)
         if self.depth is None:
             return Scene.from_image(self.read_color())
         if self.rig is not None and (self.rig.depth is None or self.second is not None):
@@ -86,9 +111,16 @@ class Frame:
             from geohue.scene.registered import registered_scene
 
             return registered_scene(self.read_color(), self.read_depth(), self.rig)
+        return self._registered(given)
+
+    def _registered(self, trust: dict[str, Any]) -> Scene:
+        """Return the scene of a picture and its depth map, the picture at most twice as large."""
         colors, depth = self.read_color(), self.read_depth()
-        scene = Scene.from_rgbd(_fitted(colors, depth), depth, self.intrinsics)
-        if colors.shape[:2] == depth.shape:
+        sure = self.confidence() if callable(self.confidence) else self.confidence
+        fitted = _fitted(colors, depth)
+        wishes = {"confidence": sure} | trust
+        scene = Scene.from_rgbd(fitted, depth, self.intrinsics, **wishes)
+        if colors.shape == fitted.shape:
             return scene
         return replace(
             scene, warnings=(*scene.warnings, "the picture was resized to its depth map's size")
@@ -107,14 +139,22 @@ class Dataset(Sequence[Frame]):
     frames : sequence of Frame
     notes : tuple of str
         Guesses that the user should know of.
+    registered : bool or None
+        Whether depth lies in the view of the pictures; None where the layout does not say.
     """
 
     def __init__(
-        self, layout: str, path: Path, frames: Sequence[Frame], notes: tuple[str, ...] = ()
+        self,
+        layout: str,
+        path: Path,
+        frames: Sequence[Frame],
+        notes: tuple[str, ...] = (),
+        registered: bool | None = True,
     ) -> None:
         if not frames:
             raise broken(path, f"has no frames in the layout {layout!r}; check the folder")
         self.layout, self.path, self.frames, self.notes = layout, path, frames, notes
+        self.registered = registered
 
     @overload
     def __getitem__(self, index: int) -> Frame: ...
@@ -145,7 +185,7 @@ class Dataset(Sequence[Frame]):
             "depth": _where(first.depth, self.path),
             "depth_scale": _unit_text(first.depth_scale),
             "fx_fy_cx_cy": None if camera is None else [camera.fx, camera.fy, camera.cx, camera.cy],
-            "registered": rig is None,
+            "registered": False if rig is not None else self.registered,
             "second_camera": first.second is not None,
             "poses": sum(frame.T_world_camera is not None for frame in self.frames),
             "labels": sum(frame.labels is not None for frame in self.frames),
@@ -239,9 +279,12 @@ def _picture(color: Color) -> NDArray[np.uint8]:
 
 
 def _fitted(colors: NDArray[np.uint8], depth: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Resize a picture to its depth map where both show the same view."""
+    """Resize a picture of about twice the size of its depth map, both being of one view.
+
+    A larger one keeps its detail, and the depth map is scaled instead (`Scene.from_rgbd`).
+    """
     height, width = depth.shape
-    if colors.shape[:2] == (height, width):
+    if colors.shape[:2] == (height, width) or colors.shape[1] > _TWICE * width:
         return colors
     if abs(colors.shape[1] * height / (colors.shape[0] * width) - 1) > 0.03:
         raise GeohueError(

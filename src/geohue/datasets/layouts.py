@@ -13,6 +13,7 @@ from geohue.datasets.frames import Dataset
 from geohue.errors import GeohueError
 from geohue.plugins import Registry
 from geohue.read.files import broken, reason
+from geohue.stereo.rig import StereoRig
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +43,13 @@ _NAMES = (
     "kitti",
     "middlebury",
     "ros",
+    "stray",
+    "record3d",
+    "arkit",
     "rig",
     "open3d",
     "pairs",
+    "stereo",
 )
 
 
@@ -110,6 +115,9 @@ _ALIASES = {
     "mcap": "ros",
     "bag": "ros",
     "realsense": "ros",
+    "stray-scanner": "stray",
+    "polycam": "arkit",
+    "arkitscenes": "arkit",
 }
 
 
@@ -119,6 +127,7 @@ def open_dataset(
     *,
     intrinsics: Intrinsics | None = None,
     depth_scale: float | str | None = None,
+    rig: StereoRig | None = None,
 ) -> Dataset:
     """Open a data set or recording.
 
@@ -133,6 +142,8 @@ def open_dataset(
         The camera, instead of what the data set says or its layout assumes.
     depth_scale : float or str, optional
         Metres per unit or a name (`geohue.read.read_depth`), likewise.
+    rig : StereoRig, optional
+        The calibration of stereo pairs, likewise.
 
     Returns
     -------
@@ -168,11 +179,14 @@ def open_dataset(
         if str(path) in str(error):
             raise
         raise broken(path, str(error)) from error
-    given = {"intrinsics": intrinsics, "depth_scale": depth_scale}
+    if rig is not None and data[0].right is None:
+        raise broken(path, f"has no stereo pairs (layout {data.layout}), which rig=... is for")
+    given = {"intrinsics": intrinsics, "depth_scale": depth_scale, "stereo": rig}
     changes: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if changes:
         frames = [replace(frame, **changes) for frame in data]
-        data = Dataset(data.layout, data.path, frames, data.notes)
+        notes = data.notes if rig is None else ()
+        data = Dataset(data.layout, data.path, frames, notes, data.registered)
     return data
 
 

@@ -17,6 +17,7 @@ from geohue.datasets.frames import (
     read_rows,
     sorted_files,
 )
+from geohue.datasets.rig import rig_beside
 from geohue.errors import GeohueError, GeohueWarning
 from geohue.read.cameras.intrinsics import read_intrinsics
 
@@ -33,6 +34,10 @@ _CAMERAS = (
         "intrinsics.yaml",
         "camera.yaml",
     ),
+)
+_UNREGISTERED = (
+    "{} calibrates a depth and a colour camera: the depth maps are taken to be registered already; "
+    "if they are as the sensor gave them, use geohue register"
 )
 _MOST_FRAMES = 1_000_000
 
@@ -55,7 +60,11 @@ def load(folder: Path) -> Dataset:
         name = place.name if own else color.stem
         frames.append(Frame(name, color, depth, camera, None, poses.get(i), labels=labels))
     known = any(frame.intrinsics for frame in frames)
-    return Dataset("pairs", folder, frames, () if known else ("no camera file found",))
+    notes = () if known else ("no camera file found",)
+    file = rig_beside(folder)
+    if file is not None:
+        notes = (*notes, _UNREGISTERED.format(file))
+    return Dataset("pairs", folder, frames, notes, registered=None)
 
 
 def _all_pairs(folder: Path) -> list[tuple[Path, Path]]:

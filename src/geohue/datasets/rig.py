@@ -12,7 +12,10 @@ from geohue.read.images.depth_units import DepthUnit
 from geohue.read.images.raw_depth import looks_raw
 from geohue.sensors.rig import Rig
 
-_CALIBRATIONS = ("calibration.json", "calib.json", "calibration.yml", "calibration.yaml")
+_CALIBRATIONS = (
+    *("calibration.json", "calib.json", "calibration.yml", "calibration.yaml"),
+    *("rig.json", "rig.yml"),
+)
 _PARTS = {
     "color": re.compile(r"(?i)^(.*?)[-_.]?(rgb1?|colou?r1?|c1)$"),
     "second": re.compile(r"(?i)^(.*?)[-_.]?(rgb2|colou?r2|c2)$"),
@@ -23,12 +26,12 @@ _FILES = ("*.png", "*.jpg", "*.jpeg", "*.ppm", "*.pgm", "*.tif", "*.tiff", "*.np
 
 def matches(folder: Path) -> bool:
     """Whether a calibration of depth and colour lies here or one folder up, with frames for it."""
-    return folder.is_dir() and bool(_named(folder)) and _calibration(folder) is not None
+    return folder.is_dir() and bool(_named(folder)) and rig_beside(folder) is not None
 
 
 def load(folder: Path) -> Dataset:
     """Pair pictures of one or two cameras and depth by their names."""
-    file = _calibration(folder)
+    file = rig_beside(folder)
     if file is None:
         raise GeohueError(f"{folder}: no calibration.json of depth and colour beside the frames")
     rig = read_rig(file)
@@ -48,7 +51,7 @@ def _unit(depth: Path, rig: Rig) -> float | DepthUnit | None:
     return rig.depth_unit
 
 
-def _calibration(folder: Path) -> Path | None:
+def rig_beside(folder: Path) -> Path | None:
     """Return the first file that is a calibration of a rig with a depth camera."""
     for file in (place / name for place in (folder, folder.parent) for name in _CALIBRATIONS):
         if file.is_file():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from geohue.errors import GeohueError
 from geohue.features.block import Block, Side
 from geohue.features.raw import Raw
-from geohue.features.registry import cues_named
+from geohue.features.registry import cues_named, cues_of
 from geohue.scene import Scene
 
 
@@ -174,6 +174,7 @@ def extract_features(scene: Scene, cues: str = "fusion", raw: Raw | None = None)
     >>> f.vectors(2.0).shape, bool(np.isclose(f.color.std(axis=0).mean(), 1.0, atol=1e-4))
     ((72, 6), True)
     """
+    cues = cues_of(scene, cues)
     used = cues_named(cues)
     solid = any(cue.side == "geometry" for cue in used)
     index = np.flatnonzero(scene.valid if solid else np.ones(scene.shape, bool))

@@ -6,6 +6,7 @@ from geohue.errors import GeohueError
 from geohue.features.cue import Cue
 from geohue.features.paper import COLOR, GEOMETRY, SECOND_VIEW
 from geohue.plugins import Registry
+from geohue.scene import SceneData
 
 CUES: tuple[str, ...] = ("fusion", "color", "geometry")
 """The paper's choices; cues of one's own are added to one of them: "fusion+normals"."""
@@ -117,3 +118,25 @@ def cues_named(cues: str) -> tuple[Cue, ...]:
 def check_cues(cues: str) -> None:
     """Raise `GeohueError` unless ``cues=`` takes this."""
     cues_named(cues)
+
+
+def cues_of(scene: SceneData, cues: str) -> str:
+    """Return what a scene can be gone by: geometry in place of fusion where it has no colours.
+
+    Raises
+    ------
+    GeohueError
+        If colour alone is asked for, and there is none.
+
+    Examples
+    --------
+    >>> from geohue import Scene
+    >>> cues_of(Scene.from_cloud([[0.0, 0, 0], [0, 1, 0], [1, 0, 0]]), "fusion")
+    'geometry'
+    """
+    if scene.has_colors:
+        return cues
+    names = ["geometry" if name == "fusion" else name for name in cues.split("+")]
+    if "color" in names:
+        raise GeohueError('the scene has no colours: go by cues="geometry"')
+    return "+".join(names)

@@ -51,6 +51,8 @@ _PICTURES = {"overlay.png", "borders.png", "weight_curve.png", "segments.png"}
 SEGMENTATION = Kind(
     "result.json",
     frozenset({"result.json", "labels.png", "labels.npy", "levels.npz", "coco.json"})
+    | {"disparity.png", "rectified_left.png", "rectified_right.png", "labels_original.png"}
+    | {"rectification.npz"}
     | _PICTURES
     | _CLOUDS,
 )

@@ -12,6 +12,7 @@ _FROM_0: dict[str, Any] = {"none": -1, "first": 0}
 
 _NUMBERING: dict[str, dict[str, Any]] = {
     "labels.png": {"none": 0, "first": 1},
+    "labels_original.png": {"none": 0, "first": 1},
     "labels.npy": _FROM_0,
     "segmented.ply": {"field": "label", **_FROM_0},
     "segmented.pcd": {"field": "label", **_FROM_0},

@@ -22,6 +22,7 @@ from geohue.results.picture import paint, picture
 from geohue.results.places import places_of
 from geohue.results.ply import write_ply
 from geohue.results.png import write_png
+from geohue.results.stereo import write_pair
 from geohue.scene import Scene
 from geohue.segmentation.result import Segmentation
 
@@ -65,6 +66,7 @@ def write_results(
         a cloud or more than 65,535 segments (int32, -1 = no label), ``overlay.png``,
         ``segmented.ply`` if there is geometry, ``levels.npz`` (`write_levels`) where regions were
         merged, ``borders.png`` (`paint_borders`) where they were or cuts voted, for a grid,
+        of a stereo pair those of `geohue.results.stereo.write_pair`,
         ``weight_curve.png`` where several weights were tried, those of `formats` and, last,
         ``result.json``.
 
@@ -80,6 +82,8 @@ def write_results(
         names = _write_labels(new, scene, seg)
         if not lean:
             names += _write_views(new, scene, seg)
+        if scene.pair is not None and not lean:
+            names += write_pair(new, scene.pair, seg.labels)
         for name, write in extra:
             if name not in names:
                 write(new / name)

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.checks import check_image
+from geohue.scene.given import tell
 from geohue.scene.scene import Scene
 from geohue.sensors.registration import color_view, register_depth
 from geohue.sensors.rig import Rig
@@ -39,8 +41,8 @@ def registered_scene(
     height, width = np.asarray(rgb).shape[:2]
     view, _, _ = color_view(rig, camera, (width, height))
     metres = register_depth(depth, rig, (width, height), camera)
-    scene = Scene.from_rgbd(rgb, metres, view.lens.camera)
     points = view.lens.rays(height, width) * metres[..., None]
     points[~np.isfinite(points).all(axis=-1)] = np.nan
-    notes = (*rig.warnings, *scene.warnings)
-    return Scene(scene.colors, points, scene.depth, scene.intrinsics, warnings=notes)
+    scene = Scene(check_image(rgb), points, metres, view.lens.camera, warnings=rig.warnings)
+    tell(scene.warnings)
+    return scene

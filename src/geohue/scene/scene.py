@@ -1,103 +1,91 @@
-"""What every sensor becomes: colours, points, a grid where there is one, and what is missing."""
+"""Scenes of every kind of sensor, from arrays or files."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from geohue.camera import Intrinsics
-from geohue.compute.checks import (
-    centered,
-    check_cloud_colors,
-    check_depth,
-    check_disparity,
-    check_image,
-    check_normals,
-    is_real,
-)
+from geohue.compute.checks import check_depth, is_real
 from geohue.errors import GeohueError
-from geohue.scene.thinning import thin_cloud, thin_grid
+from geohue.scene.cloud import cloud_given
+from geohue.scene.data import SceneData
+from geohue.scene.frame import Trust, build_frame, mask_given
+from geohue.scene.given import (
+    Camera,
+    Picture,
+    RigCalibration,
+    StereoCalibration,
+    disparity_given,
+    is_path,
+    picture_given,
+    read,
+    rig_given,
+    stereo_rig_given,
+    tell,
+)
+from geohue.sensors.orientation import upright
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from geohue.sensors.rig import Rig
     from geohue.stereo.pair import StereoPair
-    from geohue.stereo.rig import StereoRig
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scene:
+class Scene(SceneData):
     """A scene with colour and geometry, whatever it was recorded with.
 
     Build one with `from_rgbd`, `from_stereo`, `from_cloud`, `from_range_and_cameras` or
     `from_image`: they check the input and turn every invalid value into a gap, so that nothing
-    after them has to.
+    after them has to. Wherever they take an array, the path of a file does as well. What the user
+    should know is in `warnings`, and given as `GeohueWarning`.
 
-    Attributes
-    ----------
-    colors : (H, W, 3) or (N, 3) uint8
-        sRGB.
-    points : (H, W, 3) or (N, 3) float32
-        Position of each pixel or point in any unit; NaN in all three where there is none.
-    depth : (H, W) float32 or None
-        The depth map, NaN where missing; None for a cloud, whose geometry has no preferred axis.
-    intrinsics : Intrinsics or None
-        The camera of an RGB-D frame.
-    second_colors : uint8, shape of `colors`, or None
-        The same points as another camera sees them: the right view warped to the left (eq. 18).
-    warnings : tuple of str
-        Guesses and repairs that the user should know of.
-    unseen : bool, shape of the labels, or None
-        Range points that no camera sees: they have a position but no colour of their own
-        (`colors` has the nearest point's), and take no part in the segmentation.
-    normals : float32, shape of `points`, or None
-        Surface normals of length 1 that came with a cloud; NaN in all three where there is none.
-    offset : (float, float, float)
-        What was taken from the coordinates of a cloud: not zero for map coordinates, which float32
-        would blur.
-    source : Path or None
-        The cloud's file, whose points are those of the scene in its order.
+    Images are (H, W, 3), (H, W) for a grey camera or (H, W, 4), whose alpha is not used; uint8,
+    uint16 or floats in 0..1; sRGB. The attributes are those of `geohue.scene.SceneData`.
     """
-
-    colors: NDArray[np.uint8]
-    points: NDArray[np.float32]
-    depth: NDArray[np.float32] | None = None
-    intrinsics: Intrinsics | None = None
-    second_colors: NDArray[np.uint8] | None = None
-    warnings: tuple[str, ...] = ()
-    unseen: NDArray[np.bool_] | None = None
-    normals: NDArray[np.float32] | None = None
-    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    source: Path | None = None
 
     @classmethod
     def from_rgbd(
         cls,
-        rgb: ArrayLike,
-        depth: ArrayLike,
-        intrinsics: Intrinsics | None = None,
-        depth_scale: float | None = None,
-    ) -> Scene:
+        rgb: Picture,
+        depth: Picture,
+        intrinsics: Camera | None = None,
+        depth_scale: float | str | None = None,
+        *,
+        confidence: Picture | None = None,
+        least: float | None = None,
+        min_depth: float | None = None,
+        max_depth: float | None = None,
+        mask: Picture | None = None,
+    ) -> Self:
         """Make a scene from an image and a depth map registered to it.
 
         Parameters
         ----------
-        rgb : (H, W, 3) uint8, or (H, W) uint8 for a grey camera
-            The image, sRGB.
-        depth : (H, W) float or integer
+        rgb : (H, W, 3), (H, W, 4) or (H, W) array, or path
+            The image. A file that is marked as turned (EXIF) is turned upright, with the depth map
+            and the camera of the same orientation.
+        depth : (H, W) or (H, W, 1) float or integer, or path
             Metres as floats, or sensor units together with `depth_scale`. Zero, negative, NaN
-            and infinite values are missing.
-        intrinsics : Intrinsics, optional
+            and infinite values are missing. A map of another size and the same proportions is
+            scaled to the image, without averaging across edges.
+        intrinsics : Intrinsics, (3, 3) array, (fx, fy, cx, cy), dict or path, optional
             The camera; scaled when it was given for another image size. Without it, a typical
             depth camera is assumed, with a warning: parts are found either way, but not at
             their true proportions.
-        depth_scale : float, optional
-            Metres per unit (0.001 for millimetres).
+        depth_scale : float or str, optional
+            Metres per unit (0.001 for millimetres), or a name such as "tum"; for a file by default
+            what the camera says, else 0.001 for integers and 1 for floats.
+        confidence : (h, w) array or path, optional
+            How sure the sensor is of each pixel of the depth map; higher is surer.
+        least : float, optional
+            Confidence from which on depth is used; by default half of the highest.
+        min_depth, max_depth : float, optional
+            Metres; depth outside is not used.
+        mask : (H, W) array or path, optional
+            0 where the image is to be left out: no geometry, and the label -1.
 
         Returns
         -------
@@ -106,8 +94,8 @@ class Scene:
         Raises
         ------
         GeohueError
-            For sizes that differ, a depth map with channels, colours that are not 8-bit, or
-            integer depth without a scale.
+            For sizes of other proportions, a depth map with channels, colours of another type or
+            range, integer depth without a scale, or a file that cannot be read.
 
         Examples
         --------
@@ -116,36 +104,32 @@ class Scene:
         >>> scene.shape, int(scene.valid.sum()), len(scene.warnings)
         ((4, 6), 24, 1)
         """
-        colors = check_image(rgb)
-        metres = check_depth(depth, colors.shape[:2], depth_scale)
-        height, width = metres.shape
-        warnings: tuple[str, ...] = ()
-        if intrinsics is None:
-            intrinsics = Intrinsics.guess(width, height)
-            warnings = (
-                f"no intrinsics given: assuming a typical depth camera "
-                f"(fx = fy = {intrinsics.fx:.0f} px, centre of the image)",
-            )
-        elif (intrinsics.width, intrinsics.height) not in ((width, height), (None, None)):
-            warnings = (
-                f"intrinsics are for {intrinsics.width} x {intrinsics.height}: "
-                f"scaled to the image's {width} x {height}",
-            )
-        camera = intrinsics.scaled_to(width, height)
-        return cls(colors, camera.unproject(metres), metres, camera, warnings=warnings)
+        trust = Trust(confidence, least, min_depth, max_depth)
+        frame = build_frame(rgb, depth, intrinsics, depth_scale, trust)
+        points = frame.camera.unproject(frame.depth)
+        scene = cls(frame.colors, points, frame.depth, frame.camera, warnings=frame.notes)
+        if mask is not None:
+            scene = scene.masked(mask_given(mask, frame.depth.shape, frame.orientation))
+        tell(scene.warnings)
+        return scene
 
     @classmethod
     def from_cloud(
-        cls, points: ArrayLike, colors: ArrayLike, normals: ArrayLike | None = None
-    ) -> Scene:
-        """Make a scene from a coloured point cloud, organised on a grid or not.
+        cls,
+        points: Picture,
+        colors: ArrayLike | None = None,
+        normals: ArrayLike | None = None,
+    ) -> Self:
+        """Make a scene from a point cloud, organised on a grid or not.
 
         Parameters
         ----------
-        points : (N, 3) or (H, W, 3) float
-            Coordinates in any unit and frame; non-finite points are missing.
-        colors : (N, 3) or (H, W, 3) uint8, or float in 0..1
-            sRGB.
+        points : (N, 3) or (H, W, 3) float, or path
+            Coordinates in any unit and frame; non-finite points are missing. A file has its own
+            colours and normals.
+        colors : (N, 3), (N, 4), (H, W, 3) or (H, W, 4), optional
+            sRGB as uint8, uint16 or floats in 0..1; alpha is not used. Without it, the scene is
+            segmented by its geometry alone.
         normals : float, shape of `points`, optional
             Surface normals of any length; zero and not finite ones are missing.
 
@@ -157,7 +141,8 @@ class Scene:
         Raises
         ------
         GeohueError
-            If the shapes differ or the colours are neither 8-bit nor floats in 0..1.
+            If the shapes differ, the colours are of another type or range, or the file cannot be
+            read.
 
         Examples
         --------
@@ -165,43 +150,50 @@ class Scene:
         >>> Scene.from_cloud(np.zeros((5, 3)), np.full((5, 3), 0.5)).colors[0].tolist()
         [128, 128, 128]
         """
-        xyz = np.asarray(points)
-        if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not is_real(xyz):
-            raise GeohueError(
-                f"points have shape {xyz.shape} and type {xyz.dtype}: "
-                "expected (N, 3) or (H, W, 3) numbers"
-            )
-        rgb = check_cloud_colors(np.asarray(colors), xyz.shape)
-        near, offset = centered(xyz)
-        return cls(rgb, near, normals=check_normals(normals, xyz.shape), offset=offset)
+        cloud = cloud_given(points, colors, normals)
+        scene = cls(
+            cloud.colors,
+            cloud.points,
+            warnings=cloud.notes,
+            normals=cloud.normals,
+            has_colors=cloud.has_colors,
+            offset=cloud.offset,
+            source=cloud.source,
+        )
+        tell(scene.warnings)
+        return scene
 
     @classmethod
     def from_stereo(
         cls,
-        left: ArrayLike,
-        right: ArrayLike,
-        rig: StereoRig | None = None,
-        disparity: ArrayLike | None = None,
+        left: Picture,
+        right: Picture,
+        rig: StereoCalibration | None = None,
+        disparity: Picture | None = None,
         views: Literal[1, 2] = 2,
         *,
         disparity_range: tuple[int, int] | None = None,
-    ) -> Scene:
+        disparity_scale: float | str | None = None,
+    ) -> Self:
         """Make a scene of the left view of a stereo pair (Sec. V).
 
         Parameters
         ----------
-        left, right : (H, W, 3) uint8, or (H, W) uint8 for grey cameras
-            The images, sRGB; rectified here if `rig` is that of the raw images.
-        rig : StereoRig, optional
-            The calibration (`geohue.stereo.StereoRig`). Without it a typical camera is assumed,
-            with a warning: depth is up to scale.
-        disparity : (H, W) float, optional
+        left, right : (H, W, 3), (H, W, 4) or (H, W) array, or path
+            The images; rectified here if `rig` is that of the raw images.
+        rig : StereoRig, dict, (f, baseline[, doffs[, cx, cy]]), (K1, D1, K2, D2, R, T) or path
+            The calibration (`geohue.stereo.StereoRig`); a dict has OpenCV's names, or f and
+            baseline. Without it a typical camera is assumed, with a warning: depth is up to scale.
+        disparity : (H, W) float or path, optional
             Of the rectified left image: x in the left minus x in the right image, in pixels.
             NaN and infinite values are missing. Without it the pair is matched.
         views : {1, 2}
             Whether the right view's colours take part (eq. 19) or the left one's alone (eq. 5).
         disparity_range : (int, int), optional
             Smallest and largest disparity to look for, where the pair is matched.
+        disparity_scale : float or str, optional
+            Pixels per unit of the disparity map, such as 1/16 or "1/256"; by default 1 for arrays
+            and a guess, with a warning, for pictures of whole numbers.
 
         Returns
         -------
@@ -218,19 +210,27 @@ class Scene:
         --------
         >>> import numpy as np
         >>> noise = np.random.default_rng(0).integers(0, 256, (60, 90, 3)).astype(np.uint8)
-        >>> scene = Scene.from_stereo(noise[:, :-8], noise[:, 8:])
-        >>> scene.shape, scene.second_colors is not None, len(scene.warnings)
-        ((60, 82), True, 1)
+        >>> scene = Scene.from_stereo(noise[:, :-8], noise[:, 8:], {"f": 60, "baseline": 0.1})
+        >>> scene.shape, scene.second_colors is not None
+        ((60, 82), True)
         """
         from geohue.stereo.pair import StereoPair
 
-        images = check_image(left), check_image(right)
-        known = None if disparity is None else check_disparity(disparity)
-        pair = StereoPair.prepare(*images, rig, known, disparity_range=disparity_range)
-        return cls.from_pair(pair, views)
+        images = picture_given(left)[0], picture_given(right)[0]
+        if images[0].shape != images[1].shape and is_path(left) and is_path(right):
+            sizes = " and ".join(f"{image.shape[1]} x {image.shape[0]}" for image in images)
+            raise GeohueError(
+                f"{right!s}: differs in size from {left!s}: {sizes}; give a pair of one size"
+            )
+        known, notes = stereo_rig_given(rig)
+        shifts, more = disparity_given(disparity, disparity_scale)
+        pair = StereoPair.prepare(*images, known, shifts, disparity_range=disparity_range)
+        scene = cls.from_pair(replace(pair, warnings=(*notes, *more, *pair.warnings)), views)
+        tell(scene.warnings)
+        return scene
 
     @classmethod
-    def from_pair(cls, pair: StereoPair, views: Literal[1, 2] = 2) -> Scene:
+    def from_pair(cls, pair: StereoPair, views: Literal[1, 2] = 2) -> Self:
         """Make a scene of the left view of a prepared pair.
 
         Parameters
@@ -253,28 +253,29 @@ class Scene:
             raise GeohueError(f"views is {views!r}: expected 1 (left colours only) or 2 (both)")
         depth, camera = pair.depth, pair.rig.left
         second = pair.warp().colors if views == 2 else None
-        return cls(pair.left, camera.unproject(depth), depth, camera, second, pair.warnings)
+        points = camera.unproject(depth)
+        return cls(pair.left, points, depth, camera, second, pair.warnings, pair=pair)
 
     @classmethod
     def from_range_and_cameras(
         cls,
-        points: ArrayLike,
-        images: Sequence[ArrayLike],
-        rig: Rig,
+        points: Picture,
+        images: Sequence[Picture],
+        rig: RigCalibration,
         views: Literal[1, 2] = 2,
         choice: Literal["first", "blend"] = "first",
-    ) -> Scene:
+    ) -> Self:
         """Make a scene of range points and the pictures of calibrated cameras (Sec. VI-A).
 
         Parameters
         ----------
-        points : (N, 3), (H, W, 3) or (H, W) float
+        points : (N, 3), (H, W, 3) or (H, W) float, or path
             Points in the frame of the range sensor, in a time-of-flight camera's grid or not, or
             the depth map of the rig's depth camera. Non-finite ones are missing.
-        images : sequence of (h, w, 3) or (h, w) uint8
+        images : sequence of (h, w, 3), (h, w, 4) or (h, w) arrays, or paths
             A picture of each camera of the rig, in its order.
-        rig : Rig
-            The calibration (`geohue.sensors.Rig`).
+        rig : Rig, dict or path
+            The calibration (`geohue.sensors.Rig`, `geohue.read.cameras.rig.read_rig`).
         views : {1, 2}
             Whether the second camera's colours become `second_colors` (eq. 19, where it sees the
             point) or only serve where the first camera sees nothing.
@@ -305,11 +306,15 @@ class Scene:
         """
         from geohue.sensors.trinocular import color_range_points
 
+        known = rig_given(rig)
+        notes: tuple[str, ...] = ()
+        if is_path(points):
+            points, notes = read("range_points", points, known)
         xyz = np.asarray(points)
         depth = None
         if xyz.ndim == 2 and xyz.shape[1] != 3:
-            depth = check_depth(xyz, xyz.shape, 1.0)
-            xyz = rig.points(depth)
+            depth = check_depth(xyz, 1.0)
+            xyz = known.points(depth)
         if xyz.ndim not in (2, 3) or xyz.shape[-1] != 3 or not is_real(xyz):
             raise GeohueError(
                 f"points have shape {xyz.shape} and type {xyz.dtype}: "
@@ -318,23 +323,27 @@ class Scene:
         with np.errstate(over="ignore"):
             cast = xyz.astype(np.float32)
         cast[~np.isfinite(cast).all(axis=-1)] = np.nan
-        found = color_range_points(cast, [check_image(image) for image in images], rig, choice)
+        pictures = [picture_given(image)[0] for image in images]
+        found = color_range_points(cast, pictures, known, choice)
         unseen = (found.seen_by == 0) & np.isfinite(cast[..., 2])
         camera = None
-        if cast.ndim == 3 and rig.depth is not None:
+        if cast.ndim == 3 and known.depth is not None:
             depth = np.ascontiguousarray(cast[..., 2])
-            camera = rig.depth.camera.scaled_to(cast.shape[1], cast.shape[0])
+            camera = known.depth.camera.scaled_to(cast.shape[1], cast.shape[0])
         second = found.second_colors if views == 2 else None
-        return cls(found.colors, cast, depth, camera, second, found.warnings, unseen)
+        notes = (*notes, *found.warnings)
+        scene = cls(found.colors, cast, depth, camera, second, notes, unseen)
+        tell(scene.warnings)
+        return scene
 
     @classmethod
-    def from_image(cls, rgb: ArrayLike) -> Scene:
+    def from_image(cls, rgb: Picture) -> Self:
         """Make a scene from an image alone, for ``cues="color"``.
 
         Parameters
         ----------
-        rgb : (H, W, 3) or (H, W) uint8
-            The image, sRGB.
+        rgb : (H, W, 3), (H, W, 4) or (H, W) array, or path
+            The image.
 
         Returns
         -------
@@ -344,62 +353,7 @@ class Scene:
         Raises
         ------
         GeohueError
-            If the image is not 8-bit with one or three channels.
+            If the image has another number of channels, type or range.
         """
-        colors = check_image(rgb)
+        colors = upright(*picture_given(rgb))
         return cls(colors, np.full(colors.shape, np.nan, np.float32))
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the labels: (H, W) or (N,)."""
-        return self.colors.shape[:-1]
-
-    @property
-    def is_grid(self) -> bool:
-        """Whether the points lie on a pixel grid."""
-        return len(self.shape) == 2
-
-    @property
-    def size(self) -> int:
-        """Number of pixels or points, with and without geometry."""
-        return int(np.prod(self.shape))
-
-    @property
-    def valid(self) -> NDArray[np.bool_]:
-        """Where there is geometry with a colour, in the shape of the labels."""
-        known = np.isfinite(self.points[..., 2])
-        return known if self.unseen is None else known & ~self.unseen
-
-    def thinning(self, max_points: int, rng: np.random.Generator) -> NDArray[np.int64]:
-        """Choose at most about `max_points` points that stand for the scene.
-
-        A grid keeps every n-th row and column, so that windows and regions keep their meaning; more
-        of them where its depth is so sparse that hardly a point would be left.
-        A cloud keeps a random subset, drawn from the points in the order of their colour and
-        then their distance from the centre: neither the order of the points in the file nor the
-        pose of the scene changes which points are drawn.
-
-        Parameters
-        ----------
-        max_points : int
-            Most points to keep, about.
-        rng : numpy.random.Generator
-            The source of chance.
-
-        Returns
-        -------
-        (h, w) or (m,) int64
-            Flat positions in the scene, for `take`.
-        """
-        if self.is_grid:
-            return thin_grid(self.valid, max_points)
-        return thin_cloud(self.colors, self.points, self.unseen, max_points, rng)
-
-    def take(self, positions: NDArray[np.int64]) -> Scene:
-        """Return the scene at some flat positions, in the shape of `positions`."""
-        changes: dict[str, Any] = {"source": None}
-        for name in ("colors", "points", "depth", "second_colors", "unseen", "normals"):
-            values = getattr(self, name)
-            if values is not None:
-                changes[name] = values.reshape(-1, *values.shape[len(self.shape) :])[positions]
-        return replace(self, **changes)

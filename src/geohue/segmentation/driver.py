@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from geohue.compute.labels import relabel
 from geohue.compute.parallel import workers
 from geohue.consensus import spread
+from geohue.features import cues_of
 from geohue.fill.gaps import fill_gaps
 from geohue.fill.unseen import label_unseen
 from geohue.merge.levels import Detail
@@ -18,6 +21,7 @@ from geohue.scene import Scene
 from geohue.segmentation.arguments import Count, SegmentArguments, Weight
 from geohue.segmentation.choice import Chooser, check_count, shortfalls
 from geohue.segmentation.clusterers import make_clusterer
+from geohue.segmentation.given import Segmentable, scene_given
 from geohue.segmentation.merged import merge_scene
 from geohue.segmentation.outcome import Outcome
 from geohue.segmentation.result import Progress, Segmentation, StageClock
@@ -26,7 +30,7 @@ from geohue.weight.quality import QualityMetric
 
 
 def segment(
-    scene: Scene,
+    scene: Scene | Segmentable,
     k: Count = "auto",
     weight: Weight = "auto",
     preset: str | Preset = "best",
@@ -46,7 +50,8 @@ def segment(
     Parameters
     ----------
     scene : Scene
-        An RGB-D frame or a coloured cloud.
+        An RGB-D frame, a stereo pair, a cloud; also a frame of a data set, the path of a cloud or,
+        with ``cues="color"``, an image.
     k : int or "auto"
         Number of segments, at least 1; "auto" chooses it, and may choose 1. Where regions are
         merged it takes the level of the tree with so many segments.
@@ -60,7 +65,8 @@ def segment(
     preset : {"best", "fast", "paper"} or Preset
         The settings: "best" and "fast" merge regions, "paper" is the paper's method.
     cues : {"fusion", "color", "geometry"}
-        What to go by; cues of `geohue.features.register_cue` are added after a plus sign.
+        What to go by; cues of `geohue.features.register_cue` are added after a plus sign. A scene
+        without colours goes by "geometry" where "fusion" is asked for.
     method : str
         "nncsc", the paper's normalized cut, or a compared system of `geohue.baselines`: kmeans,
         meanshift, felzenszwalb, edison, bleiweiss-werman, calderero-marques. Some of these find
@@ -102,6 +108,8 @@ def segment(
     >>> seg.k, seg.labels[0, ::15].tolist()
     (2, [0, 0, 1, 1])
     """
+    scene = scene_given(scene, k, cues)
+    cues = cues_of(scene, cues)
     asked = SegmentArguments(
         k=k,
         weight=weight,
@@ -130,7 +138,10 @@ def segment(
             regions = found.regions
             if fill:  # Appendix: pixels without depth, on grids
                 regions = fill_gaps(regions, prepared)
-            found = replace(found, regions=label_unseen(regions, scene))  # Sec. VI-A
+            regions = label_unseen(regions, scene)  # Sec. VI-A
+            if scene.left_out is not None:
+                regions = np.where(scene.left_out, np.int32(-1), regions)
+            found = replace(found, regions=regions)
         labels, _ = relabel(connected_components(found.labels) if components else found.labels)
     n_found = int(labels.max()) + 1
     notes = [*scene.warnings, *prepared.features.notes]

@@ -99,8 +99,8 @@ def calibrate_stereo(
     if len(used) < FEWEST:
         raise GeohueError(
             f"{len(used)} of {len(pairs)} pairs show a whole board of {pattern[0]} x {pattern[1]} "
-            f"inner corners, at least {FEWEST} must: check --pattern (inner corners, not squares), "
-            "light and sharpness"
+            f"inner corners, at least {FEWEST} must: check the pattern (inner corners, not "
+            "squares), light and sharpness"
         )
     board = board_points(pattern, square)
     first, second = ([found[i][side] for i in used] for side in (0, 1))

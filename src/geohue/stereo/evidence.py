@@ -113,7 +113,7 @@ def looks_unrectified(matches: FeatureMatches) -> str | None:
     return (
         f"the pair does not look rectified: {len(matches)} matched features lie "
         f"{vertical:.1f} px apart vertically (median; 0 in a rectified pair); give the "
-        "calibration with R and T (--calib), or the rectified images"
+        "calibration with R and T (rig=...), or the rectified images"
     )
 
 
@@ -177,7 +177,7 @@ def doubt_disparity(
     return (
         f"the disparity does not fit the images: they differ by {given:.0f} (median, of 255) when "
         f"warped with it, and by {others[name]:.0f} with it {name}; "
-        "check --disparity-scale, its sign and the order of the images"
+        "check disparity_scale, its sign and the order of the images"
     )
 
 

@@ -130,6 +130,36 @@ def _projected(P1: Matrix, P2: Matrix, size: tuple[int | None, int | None]) -> S
     return StereoRig(left, right, baseline, warnings=notes)
 
 
+def _from_kalibr(content: Content) -> StereoRig | None:
+    """Kalibr's camchain: cam0 and cam1, each with intrinsics, and T_cn_cnm1 from the first on."""
+    sides = content.get("cam0"), content.get("cam1")
+    if not all(isinstance(side, Mapping) and "intrinsics" in side for side in sides):
+        return None
+    models = {str(side.get("distortion_model", "radtan")) for side in sides if side}
+    if not models <= {"radtan", "none"}:
+        raise GeohueError(
+            f"has the distortion model {', '.join(sorted(models))}: pairs are rectified with "
+            "radtan (Brown's) only; calibrate with pinhole-radtan, or give the rectified images"
+        )
+    first, second = (
+        Intrinsics.from_numbers(_flat(side["intrinsics"]), *_size(side)) for side in sides if side
+    )
+    bends = [tuple(_flat(side.get("distortion_coeffs"))) for side in sides if side]
+    pose = (sides[1] or {}).get("t_cn_cnm1")
+    if pose is None:
+        raise GeohueError("cam1 has no T_cn_cnm1 (the pose of cam0 in cam1)")
+    T = _matrix(pose, 4, 4)
+    rig = StereoRig(
+        first,
+        second,
+        left_distortion=bends[0],
+        right_distortion=bends[1],
+        rotation=T[:3, :3],
+        translation=T[:3, 3],
+    )
+    return replace(rig, rotation=None, translation=None) if rig.is_rectified else rig
+
+
 def _from_middlebury(content: Content) -> StereoRig | None:
     """Middlebury 2014 and 2021: cam0, cam1, doffs, baseline in millimetres."""
     if "cam0" not in content or "cam1" not in content:
@@ -224,7 +254,7 @@ def _from_named(content: Content) -> StereoRig | None:
 
 
 _FORMATS = (
-    *(_from_matrices, _from_middlebury, _from_dmin, _from_q, _from_projections),
+    *(_from_kalibr, _from_matrices, _from_middlebury, _from_dmin, _from_q, _from_projections),
     *(_from_ros, _from_named),
 )
 

@@ -43,6 +43,9 @@ class StereoPair:
         Of the right image, with the same sign.
     warnings : tuple of str
         Guesses, and doubts with their evidence.
+    unrectified : (h, w, 2) float32 or None
+        Where each pixel of the left image as it was given lies in `left`, x and y, if the pair
+        was rectified; None if it was given so.
     """
 
     left: NDArray[np.uint8]
@@ -51,6 +54,7 @@ class StereoPair:
     disparity: NDArray[np.float32]
     right_disparity: NDArray[np.float32] | None = None
     warnings: tuple[str, ...] = ()
+    unrectified: NDArray[np.float32] | None = None
 
     @classmethod
     def prepare(
@@ -92,8 +96,10 @@ class StereoPair:
         given = StereoRig.guess(width, height) if rig is None else rig
         known = given.scaled_to(width, height)
         doubts = [*known.warnings, *_size_doubts(given, width, height)]
+        raw = left, known
         left, right, known, more = _rectified(left, right, known)
         doubts += more
+        turned = None if left is raw[0] else raw[1].left_map(width, height)
         if disparity is None:
             end = None if rig is None else -known.offset
             found = match(left, right, disparity_range, at_infinity=end)
@@ -103,7 +109,7 @@ class StereoPair:
             doubts += _disparity_doubts(left, right, known, disparity)
         other = None if right_disparity is None else _as_float(right_disparity)
         pair = cls(left, right, known, _as_float(disparity), other)
-        return replace(pair, warnings=(*doubts, *_emptiness(pair)))
+        return replace(pair, warnings=(*doubts, *_emptiness(pair)), unrectified=turned)
 
     @property
     def depth(self) -> NDArray[np.float32]:
@@ -119,6 +125,30 @@ class StereoPair:
     def warp(self) -> Warp:
         """Warp the right view to the left one (eq. 18)."""
         return warp_right(self.left, self.right, self.disparity, self.right_disparity)
+
+    def to_original(self, values: NDArray[Any], missing: Any) -> NDArray[Any]:
+        """Bring a map of the rectified left image back to the pixels of the one that was given.
+
+        Parameters
+        ----------
+        values : (H, W)
+            Labels, or any values that are not to be mixed: each comes from the nearest pixel.
+        missing : scalar
+            For pixels that the rectified image has not.
+
+        Returns
+        -------
+        (h, w)
+            `values` as it is where the pair was not rectified here.
+        """
+        if self.unrectified is None:
+            return values
+        height, width = values.shape
+        x, y = (np.rint(self.unrectified[..., i]).astype(np.int64) for i in (0, 1))
+        seen = (x >= 0) & (x < width) & (y >= 0) & (y < height)
+        found = np.full(x.shape, missing, values.dtype)
+        found[seen] = values[y[seen], x[seen]]
+        return found
 
     def swapped(self) -> StereoPair:
         """Return the pair with the roles of the views exchanged, to segment the right one.

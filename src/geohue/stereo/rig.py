@@ -92,13 +92,13 @@ class StereoRig:
         --------
         >>> StereoRig.guess(640, 480).warnings
         ('no stereo calibration: assuming f = 525 px, the centre of the image and an unknown
-        baseline; depth is in baselines and its proportions are a guess (give --calib)',)
+        baseline; depth is in baselines and its proportions are a guess (give rig=...)',)
         """
         camera = Intrinsics.guess(width, height)
         note = (
             f"no stereo calibration: assuming f = {camera.fx:.0f} px, the centre of the image and "
             "an unknown baseline; depth is in baselines and its proportions are a guess "
-            "(give --calib)"
+            "(give rig=...)"
         )
         return cls(camera, camera, warnings=(note,))
 
@@ -219,6 +219,32 @@ class StereoRig:
                 )
             )
         return views[0], views[1], self._rectified(P1, P2, width, height)
+
+    def left_map(self, width: int, height: int) -> NDArray[np.float32]:
+        """Return where each pixel of the raw left image comes to lie in the rectified one.
+
+        Parameters
+        ----------
+        width, height : int
+            Size of the raw image, that of the rig.
+
+        Returns
+        -------
+        (height, width, 2) float32
+            x and y in the rectified image, also beyond its edges.
+        """
+        import cv2
+
+        turn, _, P, _ = self._rectification(width, height)
+        grid = np.indices((height, width), np.float64)[::-1].reshape(2, -1).T
+        there = cv2.undistortPoints(
+            grid[:, None],
+            camera_matrix(self.left),
+            _or_zeros(self.left_distortion),
+            R=turn,
+            P=P,
+        )
+        return np.asarray(there, np.float32).reshape(height, width, 2)
 
     def rectified(self, width: int, height: int) -> StereoRig:
         """Return the rig of the rectified images, as `rectify` does, without any image."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import unicodedata
+import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,12 +15,13 @@ from typing import NamedTuple, TypeVar
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame, picture_in, sorted_files
 from geohue.datasets.layouts import guess_layout, open_dataset
-from geohue.errors import GeohueError
+from geohue.errors import GeohueError, SceneWarning
 from geohue.read.clouds.cloud import CLOUD_READERS
 from geohue.read.files import broken
 from geohue.read.images.depth_units import depth_unit
 from geohue.read.scenes.scenes import read_scene
 from geohue.scene import Scene
+from geohue.stereo.rig import StereoRig
 
 Value = TypeVar("Value")
 
@@ -40,12 +42,17 @@ class Opening:
     layout: str | None = None
     intrinsics: Intrinsics | None = None
     depth_scale: float | str | None = None
+    rig: StereoRig | None = None
     listed: int = 0
 
     def __call__(self) -> Dataset:
         """Open it."""
         return open_dataset(
-            self.folder, self.layout, intrinsics=self.intrinsics, depth_scale=self.depth_scale
+            self.folder,
+            self.layout,
+            intrinsics=self.intrinsics,
+            depth_scale=self.depth_scale,
+            rig=self.rig,
         )
 
 
@@ -77,13 +84,18 @@ class Item:
     labels: Path | None = None
 
     def read(self) -> Scene:
-        """Read the scene.
+        """Read the scene, whose notes go into the table.
 
         Raises
         ------
         GeohueError
             If a file cannot be read, or the data set has other frames than when it was listed.
         """
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SceneWarning)
+            return self._read()
+
+    def _read(self) -> Scene:
         if isinstance(self.source, Path):
             return read_scene(self.source)
         if isinstance(self.source, Files):
@@ -124,6 +136,7 @@ def find_items(
     *,
     intrinsics: Intrinsics | None = None,
     depth_scale: float | str | None = None,
+    rig: StereoRig | None = None,
     pictures: bool = False,
     limit: int | None = None,
 ) -> tuple[list[Item], tuple[str, ...]]:
@@ -140,6 +153,8 @@ def find_items(
         The camera, instead of what the data set says.
     depth_scale : float or str, optional
         Metres per unit of the depth maps, likewise.
+    rig : StereoRig, optional
+        The calibration of stereo pairs, likewise.
     pictures : bool
         Whether a folder that has neither is one of pictures, without geometry.
     limit : int, optional
@@ -165,7 +180,7 @@ def find_items(
     if not root.exists():
         raise broken(folder, "no such folder; check the name")
     if layout is not None or guess_layout(root):
-        opening = Opening(root, layout, intrinsics, depth_scale, time.time_ns())
+        opening = Opening(root, layout, intrinsics, depth_scale, rig, time.time_ns())
         data = opening()
         frames = [*data, *_without_depth(data)]
         items, notes = _frame_items(frames, opening), data.notes

@@ -25,7 +25,10 @@ from geohue.sensors.lens import Lens
 from geohue.sensors.refine import refine_translation
 from geohue.sensors.registration import register_depth, undistorted
 from geohue.sensors.rig import Rig
+from geohue.sensors.scaling import same_shape
 
+_CHANCE = 1.2  # agreement of edges up to which nothing speaks for an alignment; 1 is chance
+_ASIDE = 0.3  # relative distance of a camera's axis from the middle of its image
 _FARTHEST = np.iinfo(np.uint16).max / 1000  # metres that 16-bit millimetres can tell
 
 
@@ -109,7 +112,9 @@ def register_files(
     notes = [*rig.warnings, *image.warnings]
     if not 0 <= camera < len(rig.cameras):
         raise broken(calib[0], f"has {len(rig.cameras)} colour camera(s): no number {camera + 1}")
-    notes += _size_doubts(color, rgb, rig.cameras[camera].lens.camera)
+    notes += _size_doubts(color, rgb.shape, rig.cameras[camera].lens.camera)
+    if rig.depth is not None:
+        notes += _depth_doubts(depth, image.depth.shape, rgb.shape, rig.depth.camera)
     target = Path(folder)
     files: list[Path] = []
     if undistort:
@@ -127,6 +132,7 @@ def register_files(
     if not np.isfinite(metres).any():
         raise broken(depth, f"has no point in the view of {color}; check R, T and the depth scale")
     agreement = edge_agreement(rgb, metres)
+    notes += _alignment_doubts(agreement)
     files.append(target / "depth_registered.png")
     write_png(files[-1], to_millimetres(metres))
     files.append(target / "intrinsics.json")
@@ -149,20 +155,52 @@ def to_millimetres(depth: NDArray[np.floating[Any]]) -> NDArray[np.uint16]:
     return np.rint(np.where(fits, depth, 0) * 1000.0).astype(np.uint16)
 
 
-def _size_doubts(path: str | Path, rgb: NDArray[np.uint8], camera: Intrinsics) -> list[str]:
-    height, width = rgb.shape[:2]
+def _size_doubts(path: str | Path, shape: tuple[int, ...], camera: Intrinsics) -> list[str]:
+    """Compare the size of a picture with that of its calibration."""
     if camera.width is None or camera.height is None:
         return []
-    if abs(width * camera.height / (height * camera.width) - 1) > 0.02:
+    size, known = f"{shape[1]} x {shape[0]}", f"{camera.width} x {camera.height}"
+    if not same_shape(shape, (camera.height, camera.width)):
         raise broken(
             path,
-            f"is {width} x {height}, the calibration is for {camera.width} x {camera.height}: "
-            "another shape; give the picture that belongs to the calibration",
+            f"is {size}, the calibration is for {known}: another shape; give the picture that "
+            "belongs to the calibration",
         )
-    if (width, height) == (camera.width, camera.height):
+    return [] if size == known else [f"{path}: calibration for {known} scaled to {size}"]
+
+
+def _depth_doubts(
+    path: str | Path, shape: tuple[int, ...], color: tuple[int, ...], camera: Intrinsics
+) -> list[str]:
+    """Look whether a depth map is one of the rig's depth camera, by its size."""
+    if camera.width is None or camera.height is None:
+        aside = max(abs(2 * camera.cx / shape[1] - 1), abs(2 * camera.cy / shape[0] - 1))
+        if aside <= _ASIDE:
+            return []
+        axis = f"({camera.cx:.0f}, {camera.cy:.0f})"
+        return [
+            f"{path}: the depth camera's axis at {axis} is far from the middle of "
+            f"{shape[1]} x {shape[0]}: is the calibration for another size?"
+        ]
+    if shape[:2] == color[:2] != (camera.height, camera.width):
+        raise broken(
+            path,
+            f"has the size of the picture, {shape[1]} x {shape[0]}, and not that of the depth "
+            f"camera, {camera.width} x {camera.height}: is it registered already? Then give it to "
+            "'geohue segment' as it is",
+        )
+    return _size_doubts(path, shape, camera)
+
+
+def _alignment_doubts(agreement: float) -> list[str]:
+    """Return a warning where edges of depth and colour meet no more often than by chance."""
+    if math.isnan(agreement):
+        return ["the depth has no edge of an object: how well it lies cannot be measured"]
+    if agreement > _CHANCE:
         return []
     return [
-        f"{path}: calibration for {camera.width} x {camera.height} scaled to {width} x {height}"
+        f"edges of depth and colour agree {agreement:.2f} times as well as by chance, which is no "
+        "alignment: check R and T (depth to colour, T in metres), the camera and the depth scale"
     ]
 
 

@@ -137,7 +137,7 @@ def test_depth_scale(tmp_path: Path) -> None:
     file.write_text(json.dumps(FLAT | {"depth_scale": 1000.0}))
     assert read_intrinsics(file).depth_scale == 1000
     file.write_text(json.dumps(FLAT | {"depth_scale": 0.1}))
-    with pytest.warns(GeohueWarning, match="--depth-scale"):
+    with pytest.warns(GeohueWarning, match="give depth_scale"):
         assert read_intrinsics(file).depth_scale is None
 
 

@@ -46,7 +46,7 @@ def test_eight_bits_without_a_scale_is_a_guess(tmp_path: Path) -> None:
     file = saved(tmp_path, "d.png", np.array([[0, 60, 255]], np.uint8))
     (warning,) = check(file, [[NAN, 60, 255]])
     assert "taken as 1 pixels per unit (whole pixels)" in warning
-    assert "--disparity-scale" in warning
+    assert "disparity_scale" in warning
 
 
 def test_kitti_is_recognised(tmp_path: Path) -> None:

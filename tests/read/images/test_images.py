@@ -115,7 +115,7 @@ def test_implausible_depth_names_the_option(tmp_path: Path) -> None:
     write_png(tmp_path / "d.png", np.full((3, 3), 12000, np.uint16))
     assert read_depth(tmp_path / "d.png").warnings == ()
     (warning,) = read_depth(tmp_path / "d.png", 1.0).warnings
-    assert "--depth-scale" in warning
+    assert "depth_scale" in warning
     write_png(tmp_path / "e.png", np.zeros((3, 3), np.uint16))
     assert "no pixel" in read_depth(tmp_path / "e.png").warnings[0]
 

@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics, first_value
 from geohue.errors import GeohueError, GeohueWarning
+from geohue.read.arrays import read_npy
 from geohue.read.cameras.text import NUMBER, parse_camera_text
 from geohue.read.files import broken, read_bytes
 
 _READ = (
     "what is read: 'fx,fy,cx,cy' as text, JSON (fx, fy, cx, cy; Open3D; K), "
-    "OpenCV YAML or XML, ROS camera_info YAML, a 3 x 3 matrix as text"
+    "OpenCV YAML or XML, ROS camera_info YAML, Kalibr YAML, a 3 x 3 matrix as text or NPY"
 )
 _FILE_LIMIT = 16 << 20
 _ALIASES: dict[str, tuple[str, ...]] = {
@@ -30,6 +32,7 @@ _ALIASES: dict[str, tuple[str, ...]] = {
     "matrix": (
         *("intrinsic_matrix", "camera_matrix", "cameramatrix", "camera_matrix_left"),
         *("k", "cam_k", "k1", "k_left", "m1", "mtx", "intrinsic", "intrinsics", "rgb_intrinsics"),
+        *("cameraintrinsics", "camera_intrinsics", "intrinsicmatrix", "camera_k"),
     ),
     "distortion": (
         *("distortion_coefficients", "distortion_coeffs", "dist_coeffs", "distcoeffs"),
@@ -47,7 +50,8 @@ def read_intrinsics(text_or_path: str | Path) -> Intrinsics:
     text_or_path : str or Path
         ``"fx,fy,cx,cy"`` in pixels, or a file: JSON with fx, fy, cx, cy (also RealSense's ppx,
         ppy), width, height; Open3D's camera or trajectory JSON; JSON, OpenCV YAML or XML, or ROS
-        camera_info YAML with a camera matrix; text with a 3 x 3 matrix or the four numbers.
+        camera_info YAML with a camera matrix; Kalibr's YAML of one camera; text with a 3 x 3
+        matrix or the four numbers; NPY with a 3 x 3 matrix.
 
     Returns
     -------
@@ -83,6 +87,8 @@ def read_intrinsics(text_or_path: str | Path) -> Intrinsics:
             raise
         cause = "no such file, nor the four numbers fx,fy,cx,cy"
         raise broken(text_or_path, f"{cause}; {_READ}") from error
+    if data.startswith(b"\x93NUMPY"):
+        return _from_array(read_npy(text_or_path), text_or_path)
     text = data.decode("utf-8-sig", "replace")
     content = parse_camera_text(text, text_or_path)
     if content is None:
@@ -91,6 +97,45 @@ def read_intrinsics(text_or_path: str | Path) -> Intrinsics:
     if camera is None:
         raise broken(text_or_path, f"has no camera intrinsics; {_READ}")
     return _from_mapping(camera, text_or_path)
+
+
+def intrinsics_from_mapping(content: Mapping[Any, Any], name: str = "intrinsics") -> Intrinsics:
+    """Return the camera that a mapping describes, with the keys of `read_intrinsics`' files.
+
+    Parameters
+    ----------
+    content : mapping
+        Numbers, lists or arrays by name: fx, fy, cx, cy; or a camera matrix.
+    name : str
+        What errors and warnings call it.
+
+    Examples
+    --------
+    >>> intrinsics_from_mapping({"K": np.diag([500.0, 500.0, 1.0]), "width": 640, "height": 480}).fx
+    500.0
+    """
+    plain = {str(key): plain_value(value) for key, value in content.items()}
+    camera = _find_camera(plain, name)
+    if camera is None:
+        keys = ", ".join(plain) or "none"
+        raise broken(name, f"fx, fy, cx, cy or K expected, found the keys: {keys[:80]}")
+    return _from_mapping(camera, name)
+
+
+def plain_value(value: Any) -> Any:
+    """Return arrays and NumPy's numbers as Python's own."""
+    if isinstance(value, Mapping):
+        return {str(key): plain_value(inner) for key, inner in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _from_array(array: NDArray[Any], path: str | Path) -> Intrinsics:
+    try:
+        return Intrinsics.from_numbers(array)
+    except GeohueError as error:
+        raise broken(path, f"{error}; save K alone") from error
 
 
 def _four_numbers(text: object) -> list[float] | None:
@@ -177,16 +222,13 @@ def _from_mapping(camera: dict[str, Any], path: str | Path) -> Intrinsics:
 
 def _from_matrix(numbers: list[float], path: str | Path) -> tuple[float, float, float, float]:
     """Return fx, fy, cx, cy of a matrix written row by row or (Open3D) column by column."""
-    if len(numbers) == 4:  # Kalibr
-        return numbers[0], numbers[1], numbers[2], numbers[3]
-    if len(numbers) == 9:
-        matrix = np.array(numbers).reshape(3, 3)
-        for K in (matrix, matrix.T):
-            zeros = abs(K[1, 0]) + abs(K[2, 0]) + abs(K[2, 1])
-            if zeros == 0 and K[2, 2] == 1 and abs(K[0, 1]) <= 1e-2 * abs(K[0, 0]):
-                return float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2])
-    cause = "its matrix is not a camera matrix [fx 0 cx; 0 fy cy; 0 0 1]"
-    raise broken(path, f"{cause}; give fx,fy,cx,cy")
+    try:
+        if len(numbers) not in (4, 9):
+            raise GeohueError("its matrix is not a camera matrix [fx 0 cx; 0 fy cy; 0 0 1]")
+        camera = Intrinsics.from_numbers(numbers)
+    except GeohueError as error:
+        raise broken(path, f"{error}; give fx,fy,cx,cy") from error
+    return camera.fx, camera.fy, camera.cx, camera.cy
 
 
 def _image_size(camera: dict[str, Any]) -> tuple[int | None, int | None]:
@@ -210,6 +252,6 @@ def _depth_scale(camera: dict[str, Any], path: str | Path) -> float | None:
         return None
     if 0 < value < 1:  # metres (RealSense) or millimetres (BOP) a unit: they cannot be told apart
         cause = f"its depth_scale {value} is not in units per metre and is left out"
-        warnings.warn(f"{path}: {cause}; use --depth-scale", GeohueWarning, stacklevel=4)
+        warnings.warn(f"{path}: {cause}; give depth_scale", GeohueWarning, stacklevel=4)
         return None
     return float(value) if 1 <= value < 1e9 else None

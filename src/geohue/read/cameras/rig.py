@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics, first_value
 from geohue.errors import GeohueError
-from geohue.read.cameras.intrinsics import _from_matrix, _image_size, _lookup, _numbers
+from geohue.read.cameras.intrinsics import (
+    _from_matrix,
+    _image_size,
+    _lookup,
+    _numbers,
+    plain_value,
+)
 from geohue.read.cameras.text import NUMBER, parse_camera_text
 from geohue.read.files import broken, read_bytes
 from geohue.sensors.kinect import DisparityModel
@@ -71,6 +77,27 @@ def read_rig(path: str | Path, *more: str | Path) -> Rig:
         return _checked(_named(merged) or _opencv(merged), path)
     except GeohueError as error:
         raise broken(path, str(error)) from error
+
+
+def rig_from_mapping(content: Mapping[Any, Any]) -> Rig:
+    """Return the rig that a mapping describes, with the keys of `read_rig`'s JSON and YAML.
+
+    Parameters
+    ----------
+    content : mapping
+        Numbers, lists or arrays by name, also nested: depth and colour cameras with R and T, or
+        OpenCV's M1, D1, M2, D2, R, T.
+
+    Raises
+    ------
+    GeohueError
+        If it describes no rig.
+    """
+    plain = {str(key): plain_value(value) for key, value in content.items()}
+    try:
+        return _checked(_named(plain) or _opencv(plain), "rig")
+    except GeohueError as error:
+        raise broken("rig", str(error)) from error
 
 
 def _checked(rig: Rig | None, path: str | Path) -> Rig:

@@ -68,6 +68,9 @@ _OWN: dict[str, Reader | str] = {
     ".npz": "arrays.read_npz_cloud",
     ".bin": "arrays.read_velodyne",
     ".out": "colmap.read_bundler",
+    ".obj": "mesh.read_mesh",
+    ".gltf": "mesh.read_mesh",
+    ".glb": "mesh.read_mesh",
 }
 CLOUD_READERS: Registry[Reader | str] = Registry(
     "clouds",
@@ -129,7 +132,8 @@ def read_cloud(path: str | Path) -> CloudData:
     ----------
     path : path-like
         PLY, PCD, LAS, LAZ, COPC, E57; XYZ, TXT, CSV, ASC, PTS; NPY, NPZ; KITTI's BIN; COLMAP's
-        ``points3D.bin`` or ``.txt`` or the folder of the model; Bundler's ``.out``.
+        ``points3D.bin`` or ``.txt`` or the folder of the model; Bundler's ``.out``; meshes (OBJ,
+        glTF, GLB; `geohue.read.clouds.mesh`).
 
     Returns
     -------

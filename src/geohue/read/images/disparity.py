@@ -138,7 +138,7 @@ def _guessed(raw: NDArray[Any], path: str | Path) -> tuple[float, tuple[str, ...
     else:
         scale, why = 1.0, "whole pixels"
     note = f"{path}: taken as {Fraction(scale)} pixels per unit ({why})"
-    return scale, (f"{note}; give --disparity-scale if that is wrong",)
+    return scale, (f"{note}; give disparity_scale if that is wrong",)
 
 
 def _missing(raw: NDArray[Any]) -> NDArray[np.bool_]:

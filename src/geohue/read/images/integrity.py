@@ -43,9 +43,27 @@ def picture_size(data: bytes) -> tuple[int, int] | None:
             with Image.open(io.BytesIO(data)) as picture:
                 return picture.size
         except Image.DecompressionBombError:
-            return MAX_PIXELS, MAX_PIXELS
+            return _size_of_bomb(data)
         except Exception:  # whatever a damaged header makes the many format plug-ins raise
             return None
+
+
+def _size_of_bomb(data: bytes) -> tuple[int, int] | None:
+    """Return the size that a header announces which Pillow refuses to open.
+
+    Pillow's readers of the formats tell it; the refusal comes after them.
+    """
+    from PIL import Image
+
+    for name in Image.ID:
+        make, accept = Image.OPEN[name]
+        try:
+            if accept is None or accept(data[:16]) is True:
+                size: tuple[int, int] = make(io.BytesIO(data), "").size
+                return size
+        except Exception:  # not this format, or as above
+            continue
+    return MAX_PIXELS, 2
 
 
 def _png_is_whole(data: bytes) -> bool:

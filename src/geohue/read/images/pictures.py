@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,10 +15,13 @@ from geohue.read.files import broken, read_bytes
 from geohue.read.images.depth_units import Decoder, DepthUnit, depth_unit
 from geohue.read.images.exr import read_exr
 from geohue.read.images.integrity import check_picture
+from geohue.read.images.quiet import harmful, listened
 
 _INTEGER_SCALE = 0.001  # metres per unit: millimetres, what most depth cameras write
 _SATURATED = 65535  # the 16-bit sensors' second mark for "no measurement"
 _PLAUSIBLE = (0.1, 100.0)  # metres
+_SCATTERED = 20  # pieces of each value, beyond which an image is none of labels
+_SMALL = 100  # pixels of a piece, below which it is so
 _FAR = 15.0  # metres, beyond the reach of depth cameras that count in millimetres
 
 
@@ -150,7 +151,7 @@ def _decoded(raw: NDArray[Any], decode: Decoder, path: str | Path) -> NDArray[An
     try:
         return decode(raw.astype(np.uint16))
     except GeohueError as error:
-        raise broken(path, f"{error}; choose another --depth-scale") from error
+        raise broken(path, f"{error}; choose another depth_scale") from error
 
 
 def _to_metres(raw: NDArray[Any], scale: float) -> NDArray[np.float32]:
@@ -171,7 +172,7 @@ def _doubts(depth: NDArray[np.float32], scale: float, path: str | Path) -> tuple
     if _PLAUSIBLE[0] <= median <= _PLAUSIBLE[1]:
         return ()
     cause = f"the median depth is {median:.3g} m with {scale:.6g} m per unit, which is implausible"
-    return (f"{path}: {cause}; give the right scale with --depth-scale",)
+    return (f"{path}: {cause}; give the right depth_scale",)
 
 
 def _unit_doubts(depth: NDArray[np.float32], path: str | Path) -> tuple[str, ...]:
@@ -181,7 +182,7 @@ def _unit_doubts(depth: NDArray[np.float32], path: str | Path) -> tuple[str, ...
         return ()
     return (
         f"{path}: depths reach {far:.0f} m if a unit is a millimetre; TUM's files need "
-        "--depth-scale tum, SUN RGB-D's sun; give the number of metres if this is right",
+        "depth_scale=tum, SUN RGB-D's sun; give the number of metres if this is right",
     )
 
 
@@ -191,30 +192,17 @@ def decode_picture(path: str | Path) -> NDArray[Any]:
 
     data = read_bytes(path)
     check_picture(data, path)
-    flags = cv2.IMREAD_UNCHANGED
-    with _quiet():
+    with listened() as lines:
         try:
-            pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+            pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
         except (cv2.error, MemoryError, SystemError):
             pixels = None
     if pixels is None or pixels.size == 0:
         cause = "is cut short, damaged or not a picture (PNG, JPEG, PPM, BMP, TIFF, WebP)"
         raise broken(path, f"{cause}; export it again")
+    if lost := harmful(lines):
+        raise broken(path, f"is cut short or damaged ({lost[0]}); copy or export it again")
     return pixels
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep OpenCV from printing what the error says anyway."""
-    import cv2
-
-    logging: Any = getattr(cv2.utils, "logging", cv2)  # OpenCV 5 and 4
-    level = logging.getLogLevel()
-    logging.setLogLevel(0)
-    try:
-        yield
-    finally:
-        logging.setLogLevel(level)
 
 
 def read_labels(path: str | Path) -> NDArray[np.int32]:
@@ -233,13 +221,29 @@ def read_labels(path: str | Path) -> NDArray[np.int32]:
     Raises
     ------
     GeohueError
-        If the file is missing or damaged, or has colours or fractions instead of labels.
+        If the file is missing or damaged, has colours or fractions instead of labels, or values
+        that change from pixel to pixel as those of a depth map or a photograph do.
     """
     raw = decode_picture(path)
     if raw.ndim != 2 or raw.dtype.kind not in "iu":
         cause = f"holds {raw.dtype} {raw.shape}, no label image"
         raise broken(path, f"{cause}; labels are whole numbers in one channel")
+    n_values, n_pieces = _scatter(raw)
+    if n_pieces > _SCATTERED * n_values and raw.size < _SMALL * n_pieces:
+        raise broken(
+            path,
+            f"is that a label image? Its {n_values} values lie in {n_pieces} pieces, like those of "
+            "a depth map or a photograph; give labels.png",
+        )
     return raw.astype(np.int32)
+
+
+def _scatter(raw: NDArray[Any]) -> tuple[int, int]:
+    """Return how many values there are but 0, and in how many connected pieces they lie."""
+    from skimage.measure import label
+
+    _, pieces = label(raw, background=0, return_num=True, connectivity=1)
+    return len(np.unique(raw[raw != 0])), int(pieces)
 
 
 def read_written_labels(name: str | Path) -> NDArray[np.int32]:

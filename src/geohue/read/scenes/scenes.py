@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from geohue.errors import GeohueError
-from geohue.read.cameras.intrinsics import read_intrinsics
-from geohue.read.clouds.cloud import CLOUD_READERS, is_colmap, read_cloud
-from geohue.read.files import broken, with_notes
-from geohue.read.images.pictures import read_color, read_depth
+from geohue.read.clouds.cloud import CLOUD_READERS, is_colmap
+from geohue.read.files import broken
 from geohue.scene import Scene
-
-_PLAUSIBLE_VIEW = (10.0, 150.0)  # degrees
+from geohue.scene.frame import mask_given
 
 
 def read_scene(
@@ -22,8 +16,14 @@ def read_scene(
     depth: str | Path | None = None,
     intrinsics: str | Path | None = None,
     depth_scale: float | str | None = None,
+    *,
+    confidence: str | Path | None = None,
+    least: float | None = None,
+    min_depth: float | None = None,
+    max_depth: float | None = None,
+    mask: str | Path | None = None,
 ) -> Scene:
-    """Read an RGB-D frame, a coloured cloud, or an image alone.
+    """Read an RGB-D frame, a cloud, or an image alone.
 
     Parameters
     ----------
@@ -36,6 +36,8 @@ def read_scene(
     depth_scale : float or str, optional
         Metres per unit of the depth map, or a name such as "tum" (`DEPTH_UNITS`); by
         default what the camera file says, else 0.001 for integers and 1 for floats.
+    confidence, least, min_depth, max_depth, mask
+        As `Scene.from_rgbd`, for an image with depth.
 
     Returns
     -------
@@ -47,27 +49,33 @@ def read_scene(
     GeohueError
         If a file cannot be read or the files do not fit together.
     """
+    trust: dict[str, object] = {"confidence": confidence, "least": least}
+    trust |= {"min_depth": min_depth, "max_depth": max_depth}
+    if depth is None:
+        _check_absent(source, trust)
     if is_cloud(source):
+        _check_absent(source, {"mask": mask})
         if depth is not None:
             raise broken(source, f"is a cloud and has its own geometry; leave out {depth}")
         return _cloud_scene(source)
-    colors = read_color(source)
     if depth is None:
-        return Scene.from_image(colors)
+        scene = Scene.from_image(source)
+        if mask is None:
+            return scene
+        return scene.masked(mask_given(mask, (scene.shape[0], scene.shape[1])))
     if Path(depth).suffix.lower() not in (".npy", ".npz") and is_cloud(depth):
         raise broken(depth, f"is a cloud; give it alone, without {source}")
-    camera, notes = (None, ()) if intrinsics is None else with_notes(read_intrinsics, intrinsics)
-    if depth_scale is None and camera is not None and camera.depth_scale is not None:
-        depth_scale = 1 / camera.depth_scale
-    image = read_depth(depth, depth_scale)
-    if image.depth.shape != colors.shape[:2]:
-        sizes = " and ".join(f"{a.shape[1]} x {a.shape[0]}" for a in (image.depth, colors))
-        raise broken(
-            depth, f"differs in size from {source}: {sizes}; register the depth to the image first"
-        )
-    scene = Scene.from_rgbd(colors, image.depth, camera)
-    doubts = () if camera is None else view_doubts(scene)
-    return replace(scene, warnings=(*notes, *image.warnings, *scene.warnings, *doubts))
+    return Scene.from_rgbd(
+        source,
+        depth,
+        intrinsics,
+        depth_scale,
+        confidence=confidence,
+        least=least,
+        min_depth=min_depth,
+        max_depth=max_depth,
+        mask=mask,
+    )
 
 
 def is_cloud(path: str | Path) -> bool:
@@ -76,38 +84,14 @@ def is_cloud(path: str | Path) -> bool:
     return file.suffix.lower() in CLOUD_READERS or is_colmap(file)
 
 
-def view_doubts(scene: Scene) -> tuple[str, ...]:
-    """Return a warning where the camera's field of view is implausible for the image."""
-    camera = scene.intrinsics
-    if camera is None:
-        return ()
-    height, width = scene.shape
-    wide, high = (
-        float(np.degrees(2 * np.arctan(n / (2 * f))))
-        for n, f in ((width, camera.fx), (height, camera.fy))
-    )
-    centred = 0 <= camera.cx < width and 0 <= camera.cy < height
-    if centred and all(_PLAUSIBLE_VIEW[0] <= angle <= _PLAUSIBLE_VIEW[1] for angle in (wide, high)):
-        return ()
-    return (
-        f"the intrinsics see {wide:.0f} x {high:.0f} degrees with the axis at ({camera.cx:.0f}, "
-        f"{camera.cy:.0f}) of {width} x {height}: implausible; are they for another size?",
-    )
+def _check_absent(source: str | Path, arguments: dict[str, object]) -> None:
+    for name, value in arguments.items():
+        if value is not None:
+            raise broken(source, f"comes without a depth map, which {name} needs: leave it out")
 
 
 def _cloud_scene(path: str | Path) -> Scene:
-    cloud = read_cloud(path)
-    if cloud.colors is None:
-        raise broken(path, "has no colours; export the cloud with red, green and blue")
     try:
-        scene = Scene.from_cloud(cloud.points, cloud.colors, cloud.normals)
+        return Scene.from_cloud(path)
     except GeohueError as error:
-        raise broken(path, str(error)) from error
-    x, y, z = (cloud.offset + scene.offset).tolist()
-    scene = replace(scene, offset=(x, y, z), source=cloud.source)
-    if not cloud.offset.any():
-        return scene
-    place = ", ".join(f"{value:.10g}" for value in cloud.offset)
-    return replace(
-        scene, warnings=(*scene.warnings, f"{path}: coordinates are relative to ({place})")
-    )
+        raise error if str(error).startswith(f"{path}:") else broken(path, str(error)) from error
