@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sklearn.metrics import adjusted_rand_score
 
 from geohue import GeohueError, Scene, segment
 from geohue.features import (
@@ -24,6 +23,7 @@ from geohue.ncut.cutter import Cutter
 from geohue.prepared import prepare_scene
 from geohue.settings import Preset
 from geohue.studies.compare.cells import plan_cells
+from likeness import adjusted_rand_score
 
 LIGHT = Preset().changed(draft_points=2000, landmarks=60)
 

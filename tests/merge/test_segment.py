@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from sklearn.metrics import adjusted_rand_score
 
 from geohue import PRESETS, GeohueError, Scene, Segmentation, segment
 from geohue.merge.score import Cues
+from likeness import adjusted_rand_score
 
 LIGHT = PRESETS["fast"].changed(landmarks=40, draft_points=1200)
 law = settings(deadline=None, max_examples=6)

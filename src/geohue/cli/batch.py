@@ -31,10 +31,7 @@ def batch(
     depth_scale: options.DepthScale = None,
     how: options.SegmentOptions,
     formats: options.Formats = None,
-    lean: Annotated[
-        bool,
-        typer.Option("--lean", help="Write labels and result.json only, no pictures, no levels."),
-    ] = False,
+    lean: options.Lean = False,
     jobs: JobOptions,
     as_json: options.AsJson = False,
 ) -> None:

@@ -170,7 +170,24 @@ Formats = Annotated[
     list[str] | None,
     typer.Option(
         "--format",
-        help="Write this too: ply, pcd, las, laz, coco or segments (in pieces: ply). Repeatable.",
+        metavar="NAME",
+        help="Write this too: ply, pcd, las, laz, coco or segments (in pieces: ply, las, laz). "
+        "Repeatable.",
+    ),
+]
+Lean = Annotated[
+    bool,
+    typer.Option(
+        "--lean",
+        help="Write labels and result.json only: no pictures, no levels, and no cloud unless "
+        "--format asks for it.",
+    ),
+]
+Overwrite = Annotated[
+    bool,
+    typer.Option(
+        "--overwrite",
+        help="Write into DIR though it has other files than an earlier result; those stay.",
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from geohue.cli.console import print_json, told, warn
+from geohue.cli.clock import passed
+from geohue.cli.console import print_json, warn
 from geohue.cli.jobs import check_place
 from geohue.cli.options import SegmentOptions
 from geohue.errors import GeohueError
+from geohue.segmentation.words import told
 from geohue.settings import PAPER_METHOD
 
 if TYPE_CHECKING:
@@ -53,7 +55,9 @@ def segment_pieces(
     processes: int | None,
     scheduler: str | None,
     resume: bool,
-    formats: list[str] | None,
+    formats: list[str],
+    lean: bool,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Split a cloud in two passes over its file."""
@@ -75,7 +79,9 @@ def segment_pieces(
             processes=processes,
             scheduler=scheduler,
             resume=resume,
-            formats=formats or (),
+            formats=formats,
+            lean=lean,
+            overwrite=overwrite,
             progress=progress,
         )
     warn(found.warnings)
@@ -83,7 +89,7 @@ def segment_pieces(
         print_json(found.summary())
     else:
         line = told(found.k, found.weight, PAPER_METHOD, how.cues)
-        typer.echo(f"{line}, {found.timings['total']:.1f} s")
+        typer.echo(f"{line}, {passed():.1f} s")
     names = ", ".join(sorted(file.name for file in folder.iterdir() if file.is_file()))
     typer.echo(f"{folder}: {names}", err=as_json)
 

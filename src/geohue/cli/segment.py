@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import print_json, stage_bar, told, warn
+from geohue.cli.clock import passed
+from geohue.cli.console import print_json, read_json, stage_bar, warn
 from geohue.cli.groups import with_groups
 from geohue.cli.pieces import segment_pieces, too_large
 from geohue.settings import PAPER_METHOD
@@ -21,6 +22,8 @@ def segment(
     how: options.SegmentOptions,
     threads: Annotated[int | None, typer.Option(help="Threads; by default one a core.")] = None,
     formats: options.Formats = None,
+    lean: options.Lean = False,
+    overwrite: options.Overwrite = False,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Where results go; by default geohue-out."),
@@ -48,13 +51,14 @@ def segment(
         options.check_pieces(reason, given, how, threads=threads is not None)
         warn([] if note is None else [note])
         place = processes, scheduler
-        segment_pieces(given.source, out, how, memory, *place, resume, formats, as_json)
+        written = lean, overwrite, as_json
+        segment_pieces(given.source, out, how, memory, *place, resume, formats or [], *written)
         return
     folder = Path("geohue-out") if out is None and not as_json else out
     if folder is not None:
-        from geohue.results.atomic import check_folder
+        from geohue.results.folder import check_result_folder
 
-        check_folder(folder)
+        check_result_folder(folder, overwrite=overwrite)
     with stage_bar() as begin:
         begin("loading")
         from geohue.results.outputs import write_results
@@ -63,13 +67,15 @@ def segment(
         chosen = how.arguments()
         scene = options.load_scene(given)
         seg = run(scene, **chosen.as_dict(), threads=threads, progress=begin)
-        files = [] if folder is None else write_results(folder, scene, seg, formats or ())
+        wishes_out = {"lean": lean, "overwrite": overwrite}
+        files = (
+            [] if folder is None else write_results(folder, scene, seg, formats or (), **wishes_out)
+        )
     warn(seg.warnings)
     if as_json:
-        print_json(seg.summary())
+        print_json(seg.summary() if folder is None else read_json(folder / "result.json"))
     else:
-        found = told(seg.k, seg.weight, how.method, how.cues, merged=seg.levels is not None)
-        typer.echo(f"{found}, {seg.timings['total']:.2f} s")
+        typer.echo(f"{seg.in_words()}, {passed():.2f} s")
     if files:
         names = ", ".join(file.name for file in files)
         typer.echo(f"{folder}: {names}", err=as_json)

@@ -146,6 +146,9 @@ def segment(
         tuple(notes),
         found.levels,
         detail if asked.merges and k == "auto" else None,
+        scene,
+        found.border_votes(labels, prepared.positions),
+        asked.merges,
     )
 
 
@@ -165,4 +168,5 @@ def _cut(
         labels = spread(agreed.labels, prepared) if agreed else splitter.labels(lam, n)
     with clock.stage("refine"):  # Sec. III: small regions, on grids
         labels = chooser.tidied(labels, prepared.scene)
-    return Outcome(labels, lam, curve, n if splitter.uses_k and not agreed else None)
+    wanted = n if splitter.uses_k and not agreed else None
+    return Outcome(labels, lam, curve, wanted, consensus=agreed)

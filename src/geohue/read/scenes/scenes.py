@@ -103,6 +103,8 @@ def _cloud_scene(path: str | Path) -> Scene:
         scene = Scene.from_cloud(cloud.points, cloud.colors, cloud.normals)
     except GeohueError as error:
         raise broken(path, str(error)) from error
+    x, y, z = (cloud.offset + scene.offset).tolist()
+    scene = replace(scene, offset=(x, y, z), source=cloud.source)
     if not cloud.offset.any():
         return scene
     place = ", ".join(f"{value:.10g}" for value in cloud.offset)
