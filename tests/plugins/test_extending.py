@@ -241,7 +241,7 @@ def test_a_broken_plugin_is_a_line_and_stops_nothing(
     starts = [f"geohue: warning: plugin '{name}' of broken-pack (methods)" for name in BROKEN]
     assert [line.split(" is left out")[0] for line in told] == sorted(starts)
     error = capsys.readouterr().err
-    assert error.startswith("geohue: error: method 'gone': choose one of nncsc, kmeans")
+    assert error.startswith("geohue: error: --method gone: choose one of nncsc, kmeans")
     assert error.count("\n") == 1
 
 
