@@ -61,16 +61,16 @@ class Registry(Mapping[str, Value], Generic[Value]):
 
     Examples
     --------
-    >>> colors = Registry("cues", {"red": 1}, lambda value: isinstance(value, int), "a number")
+    >>> colors = Registry("colors", {"red": 1}, lambda value: isinstance(value, int), "a number")
     >>> colors.add("green", 2)
     >>> list(colors), colors["green"], "blue" in colors
     (['red', 'green'], 2, False)
     >>> colors.add("red", 3)
     Traceback (most recent call last):
-    geohue.errors.GeohueError: cues 'red': the name is taken or empty
+    geohue.errors.GeohueError: colors 'red': the name is taken or empty
     >>> colors.add("blue", "3")
     Traceback (most recent call last):
-    geohue.errors.GeohueError: cues 'blue' is '3': expected a number
+    geohue.errors.GeohueError: colors 'blue' is '3': expected a number
     """
 
     def __init__(
@@ -142,8 +142,8 @@ class Registry(Mapping[str, Value], Generic[Value]):
                 text = " ".join(f"{type(error).__name__}: {error}".split())
                 owner = entry.dist.name if entry.dist else entry.value
                 warnings.warn(
-                    f"plugin {entry.name!r} of {owner} ({self.kind}) is left out: {text}; update "
-                    f"or remove {owner}",
+                    f"plugin {entry.name!r} of {owner} ({self.kind}) is left out: {text}; "
+                    f"update or remove {owner}",
                     GeohueWarning,
                     stacklevel=2,
                 )

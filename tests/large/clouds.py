@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
+
+N = 12_000
+"""Points of the cloud of the tests."""
 
 
 def three_blobs(
@@ -22,3 +29,15 @@ def three_blobs(
 def table(xyz: NDArray[np.float32], rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Rows x, y, z, red, green, blue."""
     return np.hstack([xyz, rgb.astype(np.float32)])
+
+
+def labels_of(out: Path) -> NDArray[np.int32]:
+    """Return the labels that a run has written."""
+    return np.asarray(np.load(out / "labels.npy"))
+
+
+def outcome_of(out: Path) -> dict[str, Any]:
+    """What a run found, without the time that it took."""
+    content: dict[str, Any] = json.loads((out / "result.json").read_text())
+    del content["timings_s"]
+    return content
