@@ -169,6 +169,14 @@ Formats = Annotated[
         help="Write this too: ply, pcd, las, laz, coco or segments (in pieces: ply). Repeatable.",
     ),
 ]
+Objects = Annotated[
+    bool,
+    typer.Option(
+        "--objects",
+        help="Write each segment's place, boxes, planes, colour and neighbours: objects.csv and "
+        "objects.json.",
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]
 
 

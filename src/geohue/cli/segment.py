@@ -45,6 +45,7 @@ def segment(
     fill: options.Fill = True,
     threads: Annotated[int | None, typer.Option(help="Threads; by default one a core.")] = None,
     formats: options.Formats = None,
+    objects: options.Objects = False,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Where results go; by default geohue-out."),
@@ -87,6 +88,7 @@ def segment(
             frame=frame,
             threads=threads is not None,
             no_fill=not fill,
+            objects=objects,
             detail=detail != "auto",
         )
         warn([] if note is None else [note])
@@ -145,6 +147,10 @@ def segment(
             progress=begin,
         )
         files = [] if folder is None else write_results(folder, scene, seg, formats or ())
+        if folder is not None and objects:
+            from geohue.results.objects import write_objects
+
+            files += write_objects(folder, seg.segments)
     warn(seg.warnings)
     if as_json:
         print_json(seg.summary())

@@ -5,16 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from geohue._version import __version__
+from geohue.compute.labels import relabel
+from geohue.errors import GeohueError
 from geohue.merge.levels import Detail, Levels
+from geohue.scene import Scene
 from geohue.weight.search import Curve
+
+if TYPE_CHECKING:
+    from geohue.objects import Editing, Neighbours, Segment, Segments
 
 SUMMARY_DETAILS = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
 """Degrees of detail whose numbers of segments the summary states."""
@@ -52,6 +58,8 @@ class Segmentation:
         the paper's cut and the compared systems.
     detail : float, str or None
         How fine the level is that `labels` are; None without levels, and where `k` was given.
+    scene : Scene or None
+        What was segmented; `segments` and what follows from them need it.
     """
 
     labels: NDArray[np.int32]
@@ -67,6 +75,8 @@ class Segmentation:
     warnings: tuple[str, ...] = ()
     levels: Levels | None = None
     detail: Detail | None = None
+    scene: Scene | None = field(default=None, repr=False)
+    _made: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def n_points(self) -> int:
@@ -77,6 +87,78 @@ class Segmentation:
     def n_labelled(self) -> int:
         """Number of pixels or points with a label."""
         return int((self.labels >= 0).sum())
+
+    @property
+    def segments(self) -> Segments:
+        """The segments as objects: ``seg.segments[i]`` has its mask, place, shape and neighbours.
+
+        Raises
+        ------
+        GeohueError
+            If the scene is not there.
+        """
+        if "segments" not in self._made:
+            from geohue.objects import Measured, Segments
+
+            self._made["segments"] = Segments(Measured(self._scene(), self.labels, self.k))
+        found: Segments = self._made["segments"]
+        return found
+
+    @property
+    def neighbours(self) -> Neighbours:
+        """The graph of segments that touch, as plain arrays."""
+        return self.segments.measured.neighbours
+
+    def at(self, u: float, v: float) -> Segment | None:
+        """Return the segment at column `u` and row `v` of the image, None where there is none."""
+        return self.segments.at(u, v)
+
+    def near(self, xyz: ArrayLike) -> Segment:
+        """Return the segment of the labelled point nearest to a position in the scene."""
+        return self.segments.near(xyz)
+
+    def table(self, *, pandas: bool = False) -> Any:
+        """Return the measures of all segments, a row each.
+
+        Parameters
+        ----------
+        pandas : bool
+            Whether to return a `pandas.DataFrame`.
+
+        Returns
+        -------
+        dict of str to (K,) array, or pandas.DataFrame
+            The columns of `geohue.objects.segments.table`.
+
+        Raises
+        ------
+        GeohueError
+            If the scene is not there, or pandas is asked for and not installed.
+        """
+        from geohue.objects.segments import frame, table
+
+        columns = table(self.segments)
+        return frame(columns) if pandas else columns
+
+    def edit(self) -> Editing:
+        """Return the segments as a value that merges, splits and grows them, with undo."""
+        from geohue.objects import Editing
+
+        return Editing(self.labels, self.levels)
+
+    def edited(self, edit: Editing) -> Segmentation:
+        """Return the segmentation with the segments of `edit`, numbered anew, the largest first."""
+        labels, old = relabel(edit.labels)
+        if labels.shape != self.labels.shape:
+            raise GeohueError(f"edited labels have shape {labels.shape}, not {self.labels.shape}")
+        return replace(self, labels=labels, k=len(old), quality=None, detail=None)
+
+    def _scene(self) -> Scene:
+        if self.scene is None:
+            raise GeohueError(
+                "this segmentation does not know its scene: dataclasses.replace(seg, scene=scene)"
+            )
+        return self.scene
 
     def summary(self) -> dict[str, Any]:
         """Return everything but the labels, ready for JSON (a weight not finite becomes None)."""
