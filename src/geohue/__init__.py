@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from geohue.segmentation.driver import segment
     from geohue.segmentation.result import Segmentation
     from geohue.settings import PRESETS, Preset
+    from geohue.superpoint import superpoints
 
 # Loaded on first use: `import geohue` stays as quick as `import numpy`.
 _HOMES = {
@@ -35,6 +36,7 @@ _HOMES = {
     "Segmentation": "geohue.segmentation.result",
     "segment": "geohue.segmentation.driver",
     "segment_file": "geohue.large",
+    "superpoints": "geohue.superpoint",
 }
 
 __all__ = [
@@ -48,6 +50,7 @@ __all__ = [
     "__version__",
     "segment",
     "segment_file",
+    "superpoints",
 ]
 
 

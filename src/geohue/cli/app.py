@@ -16,6 +16,7 @@ from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
 from geohue.cli.register import register
 from geohue.cli.segment import segment
+from geohue.cli.superpoints import superpoints
 from geohue.cli.warm import warm
 from geohue.compute.first_run import on_compile
 from geohue.errors import GeohueError
@@ -27,7 +28,9 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
+for command in (segment, superpoints, batch, compare, register):
+    app.command()(command)
+for command in (calibrate, evaluate, benchmark, info, warm):
     app.command()(command)
 
 

@@ -53,6 +53,8 @@ class Measured:
         Segment of each pixel or point, -1 = none.
     k : int, optional
         Number of segments; by default the highest label and one.
+    pairs : ((E,), (E,)) int64, optional
+        Flat positions of neighbouring points, where they are known already.
 
     Raises
     ------
@@ -67,12 +69,19 @@ class Measured:
     ([2, 1], [1.0, 0.0, 0.0])
     """
 
-    def __init__(self, scene: Scene, labels: NDArray[np.int32], k: int | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        labels: NDArray[np.int32],
+        k: int | None = None,
+        pairs: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None,
+    ) -> None:
         if labels.shape != scene.shape:
             raise GeohueError(f"labels have shape {labels.shape}, the scene {scene.shape}")
         self.scene = scene
         self.labels = np.ascontiguousarray(labels, np.int32)
         self.k = int(labels.max(initial=-1)) + 1 if k is None else k
+        self._pairs = pairs
         self._flat = self.labels.reshape(-1)
         self._points = np.ascontiguousarray(scene.points.reshape(-1, 3), np.float32)
 
@@ -119,7 +128,9 @@ class Measured:
             normal = np.where(turned[:, None], -normal, normal)
         signed = given is not None or self.scene.depth is not None
         here = self.scene, self.labels, self.k
-        return neighbours_of(*here, self.sums.color, self.sums.centroid, normal, signed)
+        return neighbours_of(
+            *here, self.sums.color, self.sums.centroid, normal, signed, self._pairs
+        )
 
     @cached_property
     def frame_boxes(self) -> NDArray[np.int64]:

@@ -140,6 +140,34 @@ class Segmentation:
         columns = table(self.segments)
         return frame(columns) if pandas else columns
 
+    def assign(
+        self, points: ArrayLike, colors: ArrayLike | None = None, threads: int | None = None
+    ) -> NDArray[np.int32]:
+        """Return a label for every point: new, thinned away, without colour or out of view.
+
+        Parameters
+        ----------
+        points : (..., 3) float
+            Positions in the frame of the scene; not finite ones are missing.
+        colors : (..., 3) uint8, or float in 0..1, optional
+            sRGB; NaN where a point has none.
+        threads : int, optional
+            By default one a core.
+
+        Returns
+        -------
+        (...) int32
+            As `geohue.segmentation.assign.assign_labels` finds them; no -1 among them.
+
+        Raises
+        ------
+        GeohueError
+            If the arrays do not fit together, or the scene is not there.
+        """
+        from geohue.segmentation.assign import assign_labels
+
+        return assign_labels(self._scene(), self.labels, points, colors, threads)
+
     def edit(self) -> Editing:
         """Return the segments as a value that merges, splits and grows them, with undo."""
         from geohue.objects import Editing

@@ -1,0 +1,24 @@
+"""The constants of superpoints."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+FINE = 6.0
+"""Fine regions that a superpoint has at least, on average."""
+
+MOST = 4.0
+"""Points that a fine region has at most."""
+
+
+def step_weights() -> Floats:
+    """Weights of colour, of the normal and of the gap between two neighbours (`pair_steps`)."""
+    return np.array([1 / 100, 1.0, 1.0])
+
+
+def merging_weights(compactness: float = 1.0) -> Floats:
+    """Weights of a union of two regions (`geohue.superpoint.ward.cost`)."""
+    return np.array([1 / 100, 1.0, 0.01, 0.05 * compactness, 0.2, 0.5])
