@@ -1,7 +1,7 @@
 """Superpoints beside other ways to them: what can be made of them at best, and what they cost.
 
     python -m benchmarks.superpoints [--data DIR] [--limit 6] [--cut-pursuit PYTHON]
-        [--picture FILE] [--speed]
+        [--picture FILE] [--speed] [--only METHOD]
 
 Scenes: table tops of mosd as frames and as clouds, the room (its parts, its objects), maize, all of
 the test part of `splits.json`, and simulated scenes as seen by three sensors. Each method is run at
@@ -14,7 +14,8 @@ that lie on labelled points, at 30, 100, 300, 1000 and 3000 of them.
 - VCCS: `benchmarks.peers.vccs`;
 - cut pursuit: the package cut-pursuit-py in an environment of its own, whose interpreter is given;
   colours and the shape of the 20 nearest points (linearity, planarity, scattering, verticality) on
-  the graph of 10 nearest points, as in superpoint graphs (Landrieu and Simonovsky, 2018).
+  the graph of 10 nearest points, as in superpoint graphs (Landrieu and Simonovsky, 2018). Version
+  1.0.12 of the package does not heed its `reg_strength`, so the features are scaled instead.
 """
 
 from __future__ import annotations
@@ -144,14 +145,13 @@ def cut_pursuit(case: Case, python: Path) -> Iterator[Labels]:
     length = np.linalg.norm(points[one] - points[other], axis=1)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "in.npz"
-        for strength in (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0):
+        for scale in (0.7, 1.5, 3.0, 6.0, 12.0, 24.0, 48.0):
             np.savez(
                 file,
-                features=features.astype(np.float32),
+                features=(scale * features).astype(np.float32),
                 weights=(1 / (1 + length / length.mean())).astype(np.float32),
                 one=one.astype(np.uint32),
                 other=other.astype(np.uint32),
-                strength=strength,
             )
             answer = Path(folder) / "out.npy"
             subprocess.run([python, "-c", _PURSUIT, file, answer], check=True, capture_output=True)
@@ -165,7 +165,7 @@ import sys, numpy as np, cut_pursuit_py
 d = np.load(sys.argv[1])
 f = d["features"]
 found = cut_pursuit_py.perform_cut_pursuit(
-    reg_strength=float(d["strength"]), D=f.shape[1], pc_vec=f, edge_weights=d["weights"],
+    reg_strength=1.0, D=f.shape[1], pc_vec=f, edge_weights=d["weights"],
     Eu=d["one"], Ev=d["other"], verbose=False)
 np.save(sys.argv[2], np.asarray(found, np.int32))
 """
@@ -301,6 +301,7 @@ def main() -> None:
     parser.add_argument("--cut-pursuit", type=Path)
     parser.add_argument("--picture", type=Path)
     parser.add_argument("--speed", action="store_true")
+    parser.add_argument("--only", help="One method.")
     given = parser.parse_args()
     if given.picture:
         paint(given.picture)
@@ -315,6 +316,8 @@ def main() -> None:
             methods |= {"SLIC": slic, "Felzenszwalb": felzenszwalb}
         if given.cut_pursuit:
             methods["cut pursuit"] = partial(cut_pursuit, python=given.cut_pursuit)
+        if given.only:
+            methods = {given.only: methods[given.only]}
         for line in report(title, cases, methods):
             print(line, flush=True)
 

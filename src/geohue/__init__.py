@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.errors import GeohueError, GeohueWarning
     from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
+    from geohue.interop import as_scene, labelled
     from geohue.large import segment_file
     from geohue.scene import Scene
     from geohue.segmentation.driver import segment
@@ -34,6 +35,8 @@ _HOMES = {
     "Preset": "geohue.settings",
     "Scene": "geohue.scene",
     "Segmentation": "geohue.segmentation.result",
+    "as_scene": "geohue.interop",
+    "labelled": "geohue.interop",
     "segment": "geohue.segmentation.driver",
     "segment_file": "geohue.large",
     "superpoints": "geohue.superpoint",
@@ -48,6 +51,8 @@ __all__ = [
     "Scene",
     "Segmentation",
     "__version__",
+    "as_scene",
+    "labelled",
     "segment",
     "segment_file",
     "superpoints",
