@@ -134,6 +134,6 @@ def _normals(center: Floats, start: Positions, beside: Positions) -> Floats:
     local = center - center.mean(axis=0)
     sums, into, normals = np.empty((len(center), 10)), np.empty((len(center), 10)), 0 * local
     loops.moments(local, sums)
-    loops.gather(sums, start, beside, into)
-    loops.least_spread(into, normals, np.empty(6))
+    loops.gather(sums, start, beside, into, 0, len(center))
+    loops.least_spread(into, normals, np.empty(6), 0, len(center))
     return normals

@@ -104,9 +104,11 @@ def moments(points: Floats, out: Floats) -> None:
 
 
 @compiled
-def gather(values: Floats, start: Positions, beside: Positions, out: Floats) -> None:
-    """Add the rows of its neighbours to the row of each point."""
-    for i in range(values.shape[0]):
+def gather(
+    values: Floats, start: Positions, beside: Positions, out: Floats, begin: int, end: int
+) -> None:
+    """Add the rows of its neighbours to the row of each point from `begin` to `end`."""
+    for i in range(begin, end):
         for c in range(values.shape[1]):
             out[i, c] = values[i, c]
         for at in range(start[i], start[i + 1]):
@@ -116,9 +118,9 @@ def gather(values: Floats, start: Positions, beside: Positions, out: Floats) -> 
 
 
 @compiled
-def least_spread(sums: Floats, normals: Floats, room: Floats) -> None:
+def least_spread(sums: Floats, normals: Floats, room: Floats, begin: int, end: int) -> None:
     """Write the direction of least spread of each row of moments; zeros where there is none."""
-    for i in range(sums.shape[0]):
+    for i in range(begin, end):
         covariance(sums, i, 1, 4, sums[i, 0], room)
         eigenvector(room, eigenvalue(room, 0), normals, i, 0)
 

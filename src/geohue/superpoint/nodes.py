@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.compute.parallel import cores
+from geohue.compute.parallel import Workers, cores, workers
 from geohue.errors import GeohueError
 from geohue.features import lab_of
 from geohue.regions.adjacency import adjacent_pixels, nearest_known
@@ -26,6 +26,8 @@ FAR = 4.0
 
 CRUMB = 10
 """Points below which a piece that lies apart counts to what is nearest to it."""
+
+_BLOCK = 65_536
 
 ROUNDS = 2
 """How often what is known of the surface around a point is added up over its neighbours."""
@@ -92,12 +94,13 @@ def nodes_of(scene: Scene, cues: str, threads: int | None = None) -> Nodes:
     GeohueError
         If no point has a position where geometry takes part, or for a cloud.
     """
-    if scene.is_grid:
-        return _grid(scene, cues)
-    return _cloud(scene, cues, cores() if threads is None else threads)
+    with workers(threads) as team:
+        if scene.is_grid:
+            return _grid(scene, cues, team)
+        return _cloud(scene, cues, team, cores() if threads is None else threads)
 
 
-def _grid(scene: Scene, cues: str) -> Nodes:
+def _grid(scene: Scene, cues: str, team: Workers) -> Nodes:
     """Pixels, those in gaps as the nearest one with a position."""
     one, other = adjacent_pixels(scene.shape)
     lab = _lab(scene.colors.reshape(-1, 3), cues)
@@ -111,14 +114,14 @@ def _grid(scene: Scene, cues: str) -> Nodes:
         points = scene.points.reshape(-1, 3)[near.reshape(-1)].astype(np.float64)
         near = _without_jumps(points, scene.depth is not None, one, other)
         points -= points.mean(axis=0)
-        normals = _normals(points, *loops.csr(*near, len(points)))
+        normals = _normals(points, *loops.csr(*near, len(points)), team)
     spacing = _typical(points, one, other)
     every = np.arange(scene.size)
     ones = np.ones(scene.size)
     return Nodes(every, points, lab, normals, one, other, spacing, ones, every)
 
 
-def _cloud(scene: Scene, cues: str, threads: int) -> Nodes:
+def _cloud(scene: Scene, cues: str, team: Workers, threads: int) -> Nodes:
     """Places in the order of a space-filling curve: near ones lie near in memory."""
     index = np.flatnonzero(scene.valid)
     if len(index) == 0:
@@ -140,7 +143,7 @@ def _cloud(scene: Scene, cues: str, threads: int) -> Nodes:
     if cues == "color":
         normals = np.zeros_like(points)
     else:
-        normals = _normals(points, *loops.csr(one, other, len(points)))
+        normals = _normals(points, *loops.csr(one, other, len(points)), team)
     return Nodes(node, points, lab, normals, one, other, spacing, count, index[new])
 
 
@@ -214,13 +217,20 @@ def _without_jumps(
     return one[close], other[close]
 
 
-def _normals(points: Floats, start: Positions, beside: Positions) -> Floats:
+def _normals(points: Floats, start: Positions, beside: Positions, team: Workers) -> Floats:
     """Across the direction of least spread of a point's neighbours and of theirs."""
-    sums, into = np.empty((len(points), 10)), np.empty((len(points), 10))
+    n, normals = len(points), np.zeros_like(points)
+    sums, into = np.empty((n, 10)), np.empty((n, 10))
     loops.moments(points, sums)
+
+    def gather(rows: slice) -> None:
+        loops.gather(sums, start, beside, into, rows.start, rows.stop)
+
+    def least_spread(rows: slice) -> None:
+        loops.least_spread(sums, normals, np.empty(6), rows.start, rows.stop)
+
     for _ in range(ROUNDS):
-        loops.gather(sums, start, beside, into)
+        list(team.map_blocks(gather, n, _BLOCK))
         sums, into = into, sums
-    normals = np.zeros_like(points)
-    loops.least_spread(sums, normals, np.empty(6))
+    list(team.map_blocks(least_spread, n, _BLOCK))
     return normals

@@ -10,7 +10,7 @@ Floats = NDArray[np.float64]
 FINE = 6.0
 """Fine regions that a superpoint has at least, on average."""
 
-MOST = 4.0
+MOST = 6.0
 """Points that a fine region has at most."""
 
 
