@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 import geohue
 from geohue import GeohueError, Intrinsics, Scene, as_scene, labelled
+from geohue.interop import napari, rerun
 from geohue.interop.ros import cloud_fields
+from geohue.results.outputs import write_results
 from geohue.results.picture import paint
 
 POINTS = np.random.default_rng(0).random((20, 3))
@@ -231,3 +237,41 @@ def test_labels_must_fit() -> None:
         labelled(POINTS, LABELS[:3])
     with pytest.raises(GeohueError, match="a Scene has no place"):
         labelled(as_scene(POINTS), LABELS)
+
+
+def test_napari_reads_a_folder(
+    three_boxes: tuple[Scene, NDArray[np.int32]], tmp_path: Path
+) -> None:
+    seg = geohue.segment(three_boxes[0])
+    write_results(tmp_path, three_boxes[0], seg)
+    reader = napari.get_reader(str(tmp_path))
+    assert reader is not None
+    layers = reader(str(tmp_path))
+    assert (layers[0][0] == seg.labels + 1).all()
+    assert [layer[1]["name"] for layer in layers] == ["segments", "fine", "coarse"]
+    assert seg.levels is not None
+    assert (layers[2][0] == seg.levels.at("coarse") + 1).all()
+    assert napari.get_reader(str(tmp_path / "none")) is None
+    assert napari.get_reader([str(tmp_path)]) is None
+
+
+def test_rerun_gets_points_labels_and_boxes(
+    three_boxes: tuple[Scene, NDArray[np.int32]], tmp_path: Path
+) -> None:
+    rr = pytest.importorskip("rerun")
+    recording = rr.RecordingStream("test")
+    recording.save(tmp_path / "a.rrd")
+    rerun.log(geohue.segment(three_boxes[0]), recording=recording)
+    recording.flush()
+    content = (tmp_path / "a.rrd").read_bytes()
+    for name in (b"scene/points", b"scene/labels", b"scene/boxes"):
+        assert name in content
+
+
+@given(seed=st.integers(0, 99))
+@settings(max_examples=10, deadline=None)
+def test_quaternions_turn_the_axes(seed: int) -> None:
+    q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    axes = q * np.sign(np.linalg.det(q))
+    turned = Rotation.from_quat(rerun.quaternions(axes[None])[0]).apply(np.eye(3))
+    assert turned == pytest.approx(axes)
