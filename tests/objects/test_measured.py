@@ -18,7 +18,7 @@ from geohue import GeohueError, Intrinsics, Scene, segment
 from geohue.cli.app import app
 from geohue.objects import Measured, Segments
 from geohue.objects.segments import table
-from geohue.results.objects import features, outlines, write_objects
+from geohue.results.objects import features, outlines, write_features, write_table
 
 Floats = NDArray[np.float64]
 
@@ -213,7 +213,8 @@ def test_points_without_a_label_are_not_picked() -> None:
 
 def test_files(frame: tuple[Scene, NDArray[np.int32]], tmp_path: Path) -> None:
     segments = Segments(Measured(*frame))
-    write_objects(tmp_path, segments)
+    write_table(tmp_path / "objects.csv", segments)
+    write_features(tmp_path / "objects.json", segments)
     rows = list(csv.DictReader((tmp_path / "objects.csv").read_text().splitlines()))
     columns = table(segments)
     assert list(rows[0]) == list(columns)
@@ -228,6 +229,24 @@ def test_files(frame: tuple[Scene, NDArray[np.int32]], tmp_path: Path) -> None:
     unknown = features(Segments(Measured(nowhere, np.zeros((2, 2), np.int32))))["features"][0]
     assert "bbox" not in unknown
     assert unknown["properties"]["x"] is None
+
+
+def test_map_coordinates_stay() -> None:
+    place = np.array([5e5, 5.4e6, 300.0])
+    rng = np.random.default_rng(0)
+    points = rng.random((200, 3)) + place
+    labels = (points[:, 0] > place[0] + 0.5).astype(np.int32)
+    scene = Scene.from_cloud(points, np.zeros((200, 3), np.uint8))
+    segments = Segments(Measured(scene, labels))
+    own = points[labels == 1]
+    assert segments[1].centroid == pytest.approx(own.mean(axis=0), abs=1e-4)
+    assert segments[1].box == pytest.approx(np.stack([own.min(axis=0), own.max(axis=0)]), abs=1e-4)
+    assert segments[1].points == pytest.approx(own, abs=1e-4)
+    assert segments.near(own[0]).id == 1
+    assert table(segments)["low_y"][1] == pytest.approx(own[:, 1].min(), abs=1e-4)
+    normal, offset = segments[1].plane
+    assert abs(normal @ segments[1].oriented_box[0] - offset) < 1
+    assert segments[1].corners.mean(axis=0) == pytest.approx(segments[1].oriented_box[0])
 
 
 def test_segmentation_has_its_objects(three_boxes: tuple[Scene, NDArray[np.int32]]) -> None:

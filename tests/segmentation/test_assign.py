@@ -82,6 +82,12 @@ def test_colour_decides_between_near_points() -> None:
     assert assign_labels(scene, labels, here, np.full((1, 3), 200, np.uint8)).tolist() == [1]
 
 
+def test_map_coordinates() -> None:
+    points = np.array([[5e5, 5e6, 10], [5e5 + 1, 5e6, 10]])
+    scene = Scene.from_cloud(points, np.zeros((2, 3), np.uint8))
+    assert assign_labels(scene, np.array([0, 1], np.int32), points[::-1]).tolist() == [1, 0]
+
+
 def test_mistakes_are_named() -> None:
     scene, labels = some(1)
     for points, colors, message in (

@@ -11,19 +11,17 @@ import typer
 
 from geohue.cli import options
 from geohue.cli.console import print_json, stage_bar, warn
+from geohue.cli.groups import with_groups
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
     from geohue.scene import Scene
 
 
+@with_groups
 def superpoints(
-    source: options.Source = None,
-    depth: options.Depth = None,
-    sample: options.Sample = None,
-    intrinsics: options.Intrinsics = None,
-    depth_scale: options.DepthScale = None,
-    frame: options.Frame = 0,
+    *,
+    given: options.SceneOptions,
     count: Annotated[
         str | None,
         typer.Option(
@@ -51,6 +49,7 @@ def superpoints(
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="DIR", help="Where results go.")
     ] = Path("geohue-out"),
+    overwrite: options.Overwrite = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Split a scene into superpoints: small parts that follow colour and geometry.
@@ -59,27 +58,26 @@ def superpoints(
     folder in that of -o. Writes the ids of all points (superpoints.npy, .pth), nested levels and
     the graph of neighbours with its features.
     """
-    from geohue.results.atomic import check_folder
+    wish = Wish(
+        _counts(count), size, width, cues, compactness, threads, tuple(formats or ()), overwrite
+    )
+    folder = given.source is not None and given.source.is_dir() and not given.beside_source()
+    if not folder:
+        from geohue.results.folder import SUPERPOINTS, check_result_folder
 
-    check_folder(out)
-    wish = Wish(_counts(count), size, width, cues, compactness, threads, tuple(formats or ()))
+        check_result_folder(out, SUPERPOINTS, overwrite=overwrite)
     rows: list[Row] = []
     with stage_bar() as begin:
         begin("loading")
-        if source is not None and depth is None and sample is None and source.is_dir():
-            scenes = _all_scenes(source)
-        else:
-            read = {"intrinsics": intrinsics, "depth_scale": depth_scale}
-            scenes = iter([("", options.load_scene(source, depth, sample, **read, frame=frame))])
-        for name, scene in scenes:
+        alone = iter([] if folder else [("", options.load_scene(given))])
+        for name, scene in _all_scenes(given.source) if folder else alone:
             begin(name or "reading colour and geometry")
             rows.append(_split(wish, name, scene, out / name, begin))
     for row in rows:
         warn([f"{row.name}: {note}" if row.name else note for note in row.summary["warnings"]])
     if as_json:
-        alone = len(rows) == 1 and not rows[0].name
         every = [{"name": row.name} | row.summary for row in rows]
-        print_json(rows[0].summary if alone else {"scenes": every})
+        print_json(rows[0].summary if not folder else {"scenes": every})
         return
     for row in rows:
         seconds = row.summary["timings_s"]["total"]
@@ -97,7 +95,7 @@ class Wish:
 
     Attributes
     ----------
-    counts, size, width, cues, compactness, threads, formats
+    counts, size, width, cues, compactness, threads, formats, overwrite
         As the options say; of several counts the finest first.
     """
 
@@ -108,6 +106,7 @@ class Wish:
     compactness: float
     threads: int | None
     formats: tuple[str, ...]
+    overwrite: bool = False
 
     def __post_init__(self) -> None:
         given = [wish for wish in (self.counts or None, self.size, self.width) if wish is not None]
@@ -140,12 +139,15 @@ def _split(wish: Wish, name: str, scene: Scene, folder: Path, begin: Callable[[s
     )
     begin("writing")
     coarser = [count for count in wish.counts[1:] if count < seg.k]
-    return Row(name, seg.summary(), write_superpoints(folder, seg, coarser, wish.formats))
+    given = coarser, wish.formats
+    files = write_superpoints(folder, seg, *given, overwrite=wish.overwrite)
+    return Row(name, seg.summary(), files)
 
 
-def _all_scenes(folder: Path) -> Iterator[tuple[str, Scene]]:
-    from geohue.studies.batch.items import find_items
+def _all_scenes(folder: Path | None) -> Iterator[tuple[str, Scene]]:
+    from geohue.studies.items import find_items
 
+    assert folder is not None
     items, notes = find_items(folder)
     warn(notes)
     for item in items:

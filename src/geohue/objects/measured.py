@@ -45,6 +45,8 @@ class Sums:
 class Measured:
     """K segments of a scene, measured. Nothing is computed before it is asked for.
 
+    Positions are those of the scene, less the offset of map coordinates, which `offset` has.
+
     Parameters
     ----------
     scene : Scene
@@ -81,6 +83,7 @@ class Measured:
         self.scene = scene
         self.labels = np.ascontiguousarray(labels, np.int32)
         self.k = int(labels.max(initial=-1)) + 1 if k is None else k
+        self.offset = np.asarray(scene.offset, np.float64)
         self._pairs = pairs
         self._flat = self.labels.reshape(-1)
         self._points = np.ascontiguousarray(scene.points.reshape(-1, 3), np.float32)

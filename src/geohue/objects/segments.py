@@ -45,10 +45,11 @@ class Segment:
         return np.asarray(order[starts[self.id] : starts[self.id + 1]])
 
     @property
-    def points(self) -> NDArray[np.float32]:
+    def points(self) -> NDArray[np.floating[Any]]:
         """The positions of its points, (n, 3); those without one are left out."""
         points = self._all.scene.points.reshape(-1, 3)[self.indices]
-        return points[np.isfinite(points[:, 2])]
+        points = points[np.isfinite(points[:, 2])]
+        return points + self._all.offset if self._all.offset.any() else points
 
     @property
     def color(self) -> Floats:
@@ -58,12 +59,14 @@ class Segment:
     @property
     def centroid(self) -> Floats:
         """Mean position, (3,); NaN where no point has one."""
-        return np.asarray(self._all.sums.centroid[self.id])
+        return np.asarray(self._all.sums.centroid[self.id] + self._all.offset)
 
     @property
     def box(self) -> Floats:
         """Axis-aligned box, (2, 3): lowest and highest coordinates."""
-        return np.stack([self._all.sums.low[self.id], self._all.sums.high[self.id]])
+        return (
+            np.stack([self._all.sums.low[self.id], self._all.sums.high[self.id]]) + self._all.offset
+        )
 
     @property
     def oriented_box(self) -> tuple[Floats, Floats, Floats]:
@@ -72,12 +75,12 @@ class Segment:
         One side lies along the plane of the segment; the last direction is the plane's normal.
         """
         boxes = self._all.boxes
-        return boxes.center[self.id], boxes.size[self.id], boxes.axes[self.id]
+        return boxes.center[self.id] + self._all.offset, boxes.size[self.id], boxes.axes[self.id]
 
     @property
     def corners(self) -> Floats:
         """The eight corners of the oriented box, (8, 3)."""
-        return np.asarray(self._all.boxes.corners[self.id])
+        return np.asarray(self._all.boxes.corners[self.id] + self._all.offset)
 
     @property
     def frame_box(self) -> tuple[int, int, int, int]:
@@ -220,7 +223,7 @@ def nearest_point(measured: Measured, xyz: ArrayLike) -> int:
     here = np.asarray(xyz, np.float64)
     if here.shape != (3,) or not np.isfinite(here).all():
         raise GeohueError(f"{xyz!r} is no position: expected three finite numbers")
-    away = measured.scene.points.reshape(-1, 3) - here.astype(np.float32)
+    away = measured.scene.points.reshape(-1, 3) - (here - measured.offset).astype(np.float32)
     distance = np.einsum("ni,ni->n", away, away)
     distance[(measured.labels.reshape(-1) < 0) | np.isnan(distance)] = np.inf
     nearest = int(distance.argmin()) if len(distance) else 0
@@ -247,10 +250,10 @@ def table(segments: Segments) -> dict[str, NDArray[Any]]:
     if m.scene.is_grid:
         columns |= dict(zip(("top", "left", "bottom", "right"), m.frame_boxes.T, strict=True))
     vectors: dict[str, Floats] = {
-        "": sums.centroid,
-        "low_": sums.low,
-        "high_": sums.high,
-        "box_": boxes.center,
+        "": sums.centroid + m.offset,
+        "low_": sums.low + m.offset,
+        "high_": sums.high + m.offset,
+        "box_": boxes.center + m.offset,
         "n": planes.normal,
     }
     for prefix, values in vectors.items():

@@ -14,33 +14,29 @@ from geohue.objects.segments import Segments, table
 from geohue.results.atomic import atomic_write
 
 
-def write_objects(folder: str | Path, segments: Segments) -> list[Path]:
-    """Write ``objects.csv``, a row a segment, and ``objects.json`` (`features`).
-
-    Parameters
-    ----------
-    folder : path-like
-        Made if it does not exist.
-    segments : Segments
-        The objects.
-
-    Returns
-    -------
-    list of Path
+def write_table(path: str | Path, segments: Segments) -> None:
+    """Write the measures of segments as comma-separated values, a row a segment.
 
     Raises
     ------
     GeohueError
-        If a file cannot be written.
+        If the file cannot be written.
     """
-    columns = table(segments)
-    files = [Path(folder) / "objects.csv", Path(folder) / "objects.json"]
-    with atomic_write(files[0]) as temporary:
-        temporary.write_text(csv_text(columns), encoding="utf-8")
-    with atomic_write(files[1]) as temporary:
-        text = json.dumps(features(segments, columns), indent=1, allow_nan=False)
+    with atomic_write(path) as temporary:
+        temporary.write_text(csv_text(table(segments)), encoding="utf-8")
+
+
+def write_features(path: str | Path, segments: Segments) -> None:
+    """Write `features` as JSON.
+
+    Raises
+    ------
+    GeohueError
+        If the file cannot be written.
+    """
+    with atomic_write(path) as temporary:
+        text = json.dumps(features(segments), indent=1, allow_nan=False)
         temporary.write_text(text + "\n", encoding="utf-8")
-    return files
 
 
 def csv_text(columns: dict[str, NDArray[Any]]) -> str:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
 from geohue.read.extras import optional
-from geohue.results.atomic import atomic_write
+from geohue.results.folder import SUPERPOINTS, whole_folder
+from geohue.results.outputs import write_scene_las, write_scene_ply
 from geohue.results.picture import picture
-from geohue.results.ply import write_ply
 from geohue.results.png import write_png
 from geohue.results.tensor import write_tensor
 from geohue.segmentation.result import Segmentation
@@ -25,7 +25,12 @@ FORMATS = ("ply", "las", "laz")
 
 
 def write_superpoints(
-    folder: str | Path, seg: Segmentation, counts: Sequence[int] = (), formats: Sequence[str] = ()
+    folder: str | Path,
+    seg: Segmentation,
+    counts: Sequence[int] = (),
+    formats: Sequence[str] = (),
+    *,
+    overwrite: bool = False,
 ) -> list[Path]:
     """Write superpoints, their levels and their graph.
 
@@ -39,6 +44,8 @@ def write_superpoints(
         Coarser levels to write, too.
     formats : sequence of str
         More files, any of `FORMATS`.
+    overwrite : bool
+        Whether to write into a folder that has other files than earlier superpoints.
 
     Returns
     -------
@@ -46,7 +53,7 @@ def write_superpoints(
         ``superpoints.npy`` (int64, shape of the scene, -1 = none); ``superpoints.pth``, the same as
         a tensor; ``levels.npz`` with ``labels`` (L, ...) int64 and ``counts`` (L,), the finest
         first; ``graph.npz`` (`graph_arrays`); ``superpoints.png``; ``superpoints.ply`` or
-        ``.las`` with the ids; and ``result.json``.
+        ``.las`` with the ids; and ``superpoints.json``.
 
     Raises
     ------
@@ -54,27 +61,26 @@ def write_superpoints(
         If a file cannot be written, a count is not among the levels, or a format is unknown or
         needs a library that is missing.
     """
-    target = Path(folder)
-    _check(seg, formats, target)
-    assert seg.scene is not None
+    _check(seg, formats, Path(folder))
+    scene = seg.scene
+    assert scene is not None
     levels = nested(seg, [seg.k, *counts])
     arrays = {"labels": levels, "counts": levels.reshape(len(levels), -1).max(axis=1) + 1}
-    files = [target / f"superpoints.{end}" for end in ("npy", "pth", "png")]
-    with atomic_write(files[0]) as temporary:
-        np.save(temporary, levels[0])
-    write_tensor(files[1], levels[0])
-    write_png(files[2], picture(seg.scene, seg.labels))
-    for name, content in (("levels", arrays), ("graph", graph_arrays(seg))):
-        files.append(target / f"{name}.npz")
-        with atomic_write(files[-1]) as temporary:
-            np.savez_compressed(temporary, **content)  # type: ignore[arg-type]
-    for name in dict.fromkeys(formats):
-        files.append(target / f"superpoints.{name}")
-        _write_cloud(files[-1], seg)
-    files.append(target / "result.json")
-    with atomic_write(files[-1]) as temporary:
-        temporary.write_text(json.dumps(seg.summary(), indent=2) + "\n", encoding="utf-8")
-    return files
+    content = json.dumps(seg.summary(), indent=2) + "\n"
+    with whole_folder(folder, SUPERPOINTS, overwrite=overwrite) as new:
+        np.save(new / "superpoints.npy", levels[0])
+        write_tensor(new / "superpoints.pth", levels[0])
+        write_png(new / "superpoints.png", picture(scene, seg.labels))
+        np.savez_compressed(new / "levels.npz", **arrays)  # type: ignore[arg-type]
+        np.savez_compressed(new / "graph.npz", **graph_arrays(seg))  # type: ignore[arg-type]
+        names = ["superpoints.npy", "superpoints.pth", "superpoints.png", "levels.npz", "graph.npz"]
+        for name in dict.fromkeys(formats):
+            names.append(f"superpoints.{name}")
+            write = write_scene_ply if name == "ply" else write_scene_las
+            write(new / names[-1], scene, seg)
+        names.append(SUPERPOINTS.mark)
+        (new / names[-1]).write_text(content, encoding="utf-8")
+    return [Path(folder) / name for name in names]
 
 
 def graph_arrays(seg: Segmentation) -> dict[str, NDArray[Any]]:
@@ -93,7 +99,7 @@ def graph_arrays(seg: Segmentation) -> dict[str, NDArray[Any]]:
     graph = m.neighbours
     return {
         "size": m.sums.area,
-        "center": m.sums.centroid,
+        "center": m.sums.centroid + m.offset,
         "color": m.sums.color,
         "normal": m.planes.normal,
         "spread": m.planes.spread,
@@ -118,15 +124,3 @@ def _check(seg: Segmentation, formats: Sequence[str], target: Path) -> None:
             optional("laspy", "clouds", target / f"superpoints.{name}")
         if name == "laz":
             optional("lazrs", "clouds", target / "superpoints.laz")
-
-
-def _write_cloud(file: Path, seg: Segmentation) -> None:
-    assert seg.scene is not None
-    known = np.isfinite(seg.scene.points[..., 2])
-    columns = seg.scene.points[known], seg.scene.colors[known], seg.labels[known]
-    if file.suffix == ".ply":
-        write_ply(file, *columns)
-    else:
-        from geohue.results.las import write_las
-
-        write_las(file, *columns)

@@ -36,7 +36,7 @@ def assign_labels(
     labels : shape of the scene, int32
         Its segments; -1 = none.
     points : (..., 3) float
-        Positions in the frame of the scene; not finite ones are missing.
+        Positions in the frame that the scene was made from; not finite ones are missing.
     colors : (..., 3) uint8, or float in 0..1, optional
         sRGB; NaN where a point has none.
     threads : int, optional
@@ -64,7 +64,7 @@ def assign_labels(
     rgb = _colors(colors, xyz.shape)
     if not (labels >= 0).any():
         raise GeohueError("no point of the scene has a label to give")
-    flat = xyz.reshape(-1, 3).astype(np.float64)
+    flat = xyz.reshape(-1, 3) - np.asarray(scene.offset, np.float64)
     found = _by_color(scene, labels, rgb)
     placed = np.isfinite(flat).all(axis=1)
     known = np.flatnonzero((labels.reshape(-1) >= 0) & np.isfinite(scene.points[..., 2]).ravel())
