@@ -1,7 +1,7 @@
 """Superpoints beside other ways to them: what can be made of them at best, and what they cost.
 
     python -m benchmarks.superpoints [--data DIR] [--limit 6] [--cut-pursuit PYTHON]
-        [--picture FILE] [--speed] [--only METHOD]
+        [--picture FILE] [--speed] [--only METHOD] [--group NAME]
 
 Scenes: table tops of mosd as frames and as clouds, the room (its parts, its objects), maize, all of
 the test part of `splits.json`, and simulated scenes as seen by three sensors. Each method is run at
@@ -302,6 +302,7 @@ def main() -> None:
     parser.add_argument("--picture", type=Path)
     parser.add_argument("--speed", action="store_true")
     parser.add_argument("--only", help="One method.")
+    parser.add_argument("--group", default="", help="Groups whose name has this.")
     given = parser.parse_args()
     if given.picture:
         paint(given.picture)
@@ -311,6 +312,8 @@ def main() -> None:
             print(line, flush=True)
         return
     for title, cases, grid in groups(given.data, given.limit):
+        if given.group not in title:
+            continue
         methods: dict[str, Method] = {"geohue": own, "VCCS": vccs}
         if grid:
             methods |= {"SLIC": slic, "Felzenszwalb": felzenszwalb}

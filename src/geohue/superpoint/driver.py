@@ -18,9 +18,9 @@ from geohue.scene import Scene
 from geohue.segmentation.result import Progress, Segmentation, StageClock
 from geohue.settings.checks import is_whole
 from geohue.superpoint import loops
-from geohue.superpoint.nodes import Nodes, nodes_of
+from geohue.superpoint.nodes import Nodes, nodes_of, with_crumbs
 from geohue.superpoint.ward import merge_regions, tabulate
-from geohue.superpoint.weights import FINE, MOST, merging_weights, step_weights
+from geohue.superpoint.weights import CRUMB, FINE, MOST, SHARE, merging_weights, step_weights
 
 Labels = NDArray[np.int32]
 
@@ -54,7 +54,8 @@ def superpoints(
     scene : Scene
         A frame or a cloud.
     count : int, optional
-        How many superpoints. Pieces of a cloud that lie apart stay apart, so there may be more.
+        How many superpoints. Pieces of a cloud that lie apart stay apart, so there may be more;
+        those with less than a quarter of the mean number of points count to what is nearest.
     size : float, optional
         Instead, how many points one has on average.
     width : float, optional
@@ -98,6 +99,8 @@ def superpoints(
     with clock.stage("points"):
         nodes = nodes_of(scene, taken, threads)
         wanted = _count(nodes, count, size, width)
+        if not scene.is_grid:
+            nodes = with_crumbs(nodes, max(CRUMB, SHARE * float(nodes.weight.sum()) / wanted))
     with clock.stage("fine regions"):
         fine, n, step = fine_regions(nodes, wanted)
     with clock.stage("merge"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,6 @@ NEIGHBOURS = 8
 
 FAR = 4.0
 """Typical distances of neighbours beyond which two points of a cloud do not lie side by side."""
-
-CRUMB = 10
-"""Points below which a piece that lies apart counts to what is nearest to it."""
 
 _BLOCK = 65_536
 
@@ -150,8 +147,6 @@ def _cloud(scene: Scene, cues: str, team: Workers, threads: int) -> Nodes:
 def near_pairs(points: Floats, threads: int = 1) -> tuple[Positions, Positions, float]:
     """Pair each of some different places with its nearest, and tell their typical distance.
 
-    Pieces that nothing is near to are joined to what is nearest, if they are small.
-
     Returns
     -------
     one, other : (E,) int64
@@ -170,23 +165,26 @@ def near_pairs(points: Floats, threads: int = 1) -> tuple[Positions, Positions, 
     room = np.empty((n * k, 2), np.int64)
     count = loops.pair_up(near, distance, FAR * spacing, room)
     one, other = np.ascontiguousarray(room[:count].T)
-    links = _link_crumbs(points, one, other)
-    return np.append(one, links[0]), np.append(other, links[1]), spacing
+    return one, other, spacing
 
 
-def _link_crumbs(points: Floats, one: Positions, other: Positions) -> tuple[Positions, Positions]:
-    """Pair each piece of a few points with the nearest point of a larger one."""
+def with_crumbs(nodes: Nodes, least: float) -> Nodes:
+    """Pair each piece of less than `least` points with the nearest point of a larger one."""
     from scipy.spatial import cKDTree
 
-    piece = join_pairs(one, other, len(points))
-    small = np.bincount(piece)[piece] < CRUMB
+    piece = join_pairs(nodes.one, nodes.other, nodes.size)
+    small = np.bincount(piece, nodes.weight)[piece] < least
     if not small.any() or small.all():
-        return one[:0], other[:0]
+        return nodes
     lost, ground = np.flatnonzero(small), np.flatnonzero(~small)
-    distance, near = cKDTree(points[ground]).query(points[lost])
+    distance, near = cKDTree(nodes.points[ground]).query(nodes.points[lost])
     order = np.lexsort((np.asarray(distance), piece[lost]))
     _, first = np.unique(piece[lost][order], return_index=True)
-    return lost[order][first], ground[np.asarray(near)[order][first]]
+    ends = lost[order][first], ground[np.asarray(near)[order][first]]
+    one, other = (
+        np.append(side, end) for side, end in zip((nodes.one, nodes.other), ends, strict=True)
+    )
+    return replace(nodes, one=one, other=other)
 
 
 def _lab(colors: NDArray[np.uint8], cues: str) -> Floats:

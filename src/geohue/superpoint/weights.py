@@ -13,6 +13,10 @@ FINE = 6.0
 MOST = 6.0
 """Points that a fine region has at most."""
 
+CRUMB, SHARE = 10.0, 0.25
+"""A piece that lies apart counts to what is nearest if it has fewer points than this, or than this
+share of a superpoint's on average."""
+
 
 def step_weights() -> Floats:
     """Weights of colour, of the normal and of the gap between two neighbours (`pair_steps`)."""
