@@ -33,11 +33,11 @@ import numpy as np
 from benchmarks.merge_frames import load, names
 from benchmarks.peers.vccs import supervoxels
 from numpy.typing import NDArray
+from PIL import Image
 
 from geohue.measures import superpoint_scores
 from geohue.regions.adjacency import adjacent_points
 from geohue.results.picture import picture
-from geohue.results.png import write_png
 from geohue.scene import Scene
 from geohue.simulate import SENSORS, WORLDS
 from geohue.simulate import scene as simulated
@@ -290,7 +290,7 @@ def paint(file: Path) -> None:
     ]
     panes = [case.scene.colors, *(picture(case.scene, v)[:, width:] for v in (*views, *others))]
     top, bottom = np.concatenate(panes[:3], axis=1), np.concatenate(panes[3:], axis=1)
-    write_png(file, np.concatenate([top, bottom]))
+    Image.fromarray(np.concatenate([top, bottom])).save(file, quality=88)
 
 
 def main() -> None:

@@ -25,4 +25,4 @@ def step_weights() -> Floats:
 
 def merging_weights(compactness: float = 1.0) -> Floats:
     """Weights of a union of two regions (`geohue.superpoint.ward.cost`)."""
-    return np.array([0.0013, 2.8143, 0.0054, 0.2015 * compactness, 0.0402, 1.0])
+    return np.array([0.0013, 2.8143, 0.0054, 1.612 * compactness, 0.0402, 1.0])
