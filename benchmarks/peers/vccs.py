@@ -121,18 +121,24 @@ def _seeds(center: Floats, voxel: float, seed: float) -> Positions:
     tree = cKDTree(center)
     found = np.unique(np.asarray(tree.query(low + (cells + 0.5) * seed)[1], np.int64))
     # Fewer than a plane through half the search radius would give: an edge or noise.
-    around = np.array([len(near) for near in tree.query_ball_point(center[found], seed / 2)])
+    near = tree.query_ball_point(center[found], seed / 2, return_length=True)
+    around = np.asarray(near)
     enough = around > 0.5 * np.pi * (seed / 2) ** 2 / voxel**2 / 2
     return found[enough] if enough.any() else found
 
 
 def _mean(place: Positions, values: Floats, count: Positions) -> Floats:
-    return np.stack([np.bincount(place, column) for column in values.T], axis=1) / count[:, None]
+    sums = np.stack([np.bincount(place, column) for column in values.T], axis=1)
+    return np.asarray(sums / count[:, None])
 
 
 def _normals(center: Floats, start: Positions, beside: Positions) -> Floats:
     local = center - center.mean(axis=0)
-    sums, into, normals = np.empty((len(center), 10)), np.empty((len(center), 10)), 0 * local
+    sums, into, normals = (
+        np.empty((len(center), 10)),
+        np.empty((len(center), 10)),
+        np.zeros_like(local),
+    )
     loops.moments(local, sums)
     loops.gather(sums, start, beside, into, 0, len(center))
     loops.least_spread(into, normals, np.empty(6), 0, len(center))

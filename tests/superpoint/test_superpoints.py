@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -290,7 +291,7 @@ def test_files(cloud: tuple[Scene, Labels], tmp_path: Path) -> None:
 @pytest.mark.parametrize("dtype", [np.int64, np.int32, np.uint8, np.float32, np.float64, bool])
 def test_tensors_are_read_by_torch(tmp_path: Path, dtype: type) -> None:
     torch = pytest.importorskip("torch")
-    array = (np.arange(12).reshape(2, 1, 6) % 2).astype(dtype)
+    array: NDArray[Any] = (np.arange(12).reshape(2, 1, 6) % 2).astype(dtype)
     write_tensor(tmp_path / "a.pth", array)
     found = torch.load(tmp_path / "a.pth", weights_only=True)
     assert found.shape == (2, 1, 6)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -39,7 +39,8 @@ def read_folder(path: str | list[str]) -> list[Layer]:
     layers: list[Layer] = [(read_labels(folder / "labels.png"), {"name": "segments"}, "labels")]
     if (folder / "levels.npz").is_file():
         levels = read_levels(folder / "levels.npz")
-        for detail in ("fine", "coarse"):
-            found = levels.at(detail) + 1  # type: ignore[arg-type]
+        details: tuple[Literal["fine", "coarse"], ...] = ("fine", "coarse")
+        for detail in details:
+            found = levels.at(detail) + 1
             layers.append((found.astype(np.int32), {"name": detail, "visible": False}, "labels"))
     return layers

@@ -71,7 +71,7 @@ def write_superpoints(
         np.save(new / "superpoints.npy", levels[0])
         write_tensor(new / "superpoints.pth", levels[0])
         write_png(new / "superpoints.png", picture(scene, seg.labels))
-        np.savez_compressed(new / "levels.npz", **arrays)  # type: ignore[arg-type]
+        np.savez_compressed(new / "levels.npz", **arrays)
         np.savez_compressed(new / "graph.npz", **graph_arrays(seg))  # type: ignore[arg-type]
         names = ["superpoints.npy", "superpoints.pth", "superpoints.png", "levels.npz", "graph.npz"]
         for name in dict.fromkeys(formats):

@@ -133,4 +133,4 @@ def _by_place(
     step = ((own[near] - rgb.astype(np.float32)[:, None]) ** 2).sum(axis=2)
     cost = (away / (spacing or 1.0)) ** 2 + np.nan_to_num(step) / COLOR_UNIT**2
     best = near[np.arange(len(near)), cost.argmin(axis=1)]
-    return labels.reshape(-1)[known[best]]
+    return np.asarray(labels.reshape(-1)[known[best]])
