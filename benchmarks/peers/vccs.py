@@ -142,4 +142,4 @@ def _normals(center: Floats, start: Positions, beside: Positions) -> Floats:
     loops.moments(local, sums)
     loops.gather(sums, start, beside, into, 0, len(center))
     loops.least_spread(into, normals, np.empty(6), 0, len(center))
-    return normals
+    return np.asarray(normals)

@@ -52,8 +52,9 @@ def segment(
         options.check_pieces(reason, given, how, threads=threads is not None, objects=objects)
         warn([] if note is None else [note])
         place = processes, scheduler
-        written = formats or [], lean, overwrite
-        segment_pieces(given.source, out, how, memory, *place, resume, *written, as_json)
+        files_too = formats or []
+        read = given.source, out, how, memory
+        segment_pieces(*read, *place, resume, files_too, lean, overwrite, as_json)
         return
     folder = Path("geohue-out") if out is None and not as_json else out
     if folder is not None:
