@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from geohue.errors import GeohueError, GeohueWarning
     from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
     from geohue.features import register_cue
+    from geohue.interop import as_scene, labelled
     from geohue.large import segment_file
     from geohue.measures import evaluate
     from geohue.read.clouds.cloud import register_cloud_format
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from geohue.segmentation.driver import segment
     from geohue.segmentation.result import Segmentation
     from geohue.settings import PRESETS, Preset, register_preset
+    from geohue.superpoint import superpoints
 
 # Loaded on first use: `import geohue` stays as quick as `import numpy`.
 _HOMES = {
@@ -54,6 +56,8 @@ _HOMES = {
     "Preset": "geohue.settings",
     "Scene": "geohue.scene",
     "Segmentation": "geohue.segmentation.result",
+    "as_scene": "geohue.interop",
+    "labelled": "geohue.interop",
     "register_cloud_format": "geohue.read.clouds.cloud",
     "register_cue": "geohue.features",
     "register_layout": "geohue.datasets",
@@ -66,6 +70,7 @@ _HOMES = {
     "evaluate": "geohue.measures",
     "load_sample": "geohue.datasets",
     "open_dataset": "geohue.datasets",
+    "superpoints": "geohue.superpoint",
 }
 _ROOMS = (
     *("baselines", "camera", "datasets", "errors", "features", "large", "measures", "merge"),
@@ -82,10 +87,12 @@ __all__ = [
     "Scene",
     "Segmentation",
     "__version__",
+    "as_scene",
     "baselines",
     "datasets",
     "evaluate",
     "features",
+    "labelled",
     "large",
     "load_sample",
     "measures",
@@ -106,6 +113,7 @@ __all__ = [
     "simulate",
     "spectral",
     "stereo",
+    "superpoints",
 ]
 
 

@@ -21,6 +21,7 @@ from geohue.cli.info import info
 from geohue.cli.names import Command, Group, warnings_as_lines
 from geohue.cli.register import register
 from geohue.cli.segment import segment
+from geohue.cli.superpoints import superpoints
 from geohue.cli.warm import warm
 from geohue.cli.words import of_options
 from geohue.compute.first_run import on_compile
@@ -33,7 +34,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
+COMMANDS = (
+    *(segment, superpoints, batch, compare, register),
+    *(calibrate, evaluate, benchmark, info, warm),
+)
+for command in COMMANDS:
     stopped = when_stopped("no results were written")(command)
     app.command(cls=Command, help=help_of(command))(stopped)
 

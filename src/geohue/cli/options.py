@@ -210,6 +210,14 @@ Overwrite = Annotated[
         help="Write into DIR though it has other files than an earlier result; those stay.",
     ),
 ]
+Objects = Annotated[
+    bool,
+    typer.Option(
+        "--objects",
+        help="Write each segment's place, boxes, planes, colour and neighbours: objects.csv and "
+        "objects.json.",
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]
 
 

@@ -23,6 +23,7 @@ def segment(
     how: options.SegmentOptions,
     threads: Annotated[int | None, typer.Option(help="Threads; by default one a core.")] = None,
     formats: options.Formats = None,
+    objects: options.Objects = False,
     lean: options.Lean = False,
     overwrite: options.Overwrite = False,
     out: Annotated[
@@ -49,7 +50,7 @@ def segment(
     note = None if asked or whole else too_large(given.source)
     if asked or note is not None:
         reason = asked[0] if asked else "reading in pieces (the cloud does not fit in memory)"
-        options.check_pieces(reason, given, how, threads=threads is not None)
+        options.check_pieces(reason, given, how, threads=threads is not None, objects=objects)
         warn([] if note is None else [note])
         names, place = options.names_of(formats), (processes, scheduler)
         segment_pieces(
@@ -74,7 +75,7 @@ def segment(
         stack.enter_context(compiling_ahead(chosen.preset))
         scene = options.load_scene(given)
         seg = run(scene, **chosen.as_dict(), threads=threads, progress=begin)
-        names = options.names_of(formats)
+        names = [*options.names_of(formats), *(["objects"] if objects else [])]
         wishes_out = {"lean": lean, "overwrite": overwrite}
         files = [] if folder is None else write_results(folder, scene, seg, names, **wishes_out)
     warn(seg.warnings)

@@ -127,14 +127,14 @@ def _message(folder: Path, topic: str, number: int) -> Any:
 
 
 def _color_reader(folder: Path, topic: str, number: int) -> Callable[[], NDArray[np.uint8]]:
-    return lambda: _color(_message(folder, topic, number), folder)
+    return lambda: decode_color(_message(folder, topic, number), folder)
 
 
 def _depth_reader(folder: Path, topic: str, number: int) -> Callable[[], NDArray[np.float32]]:
-    return lambda: _depth(_message(folder, topic, number), folder)
+    return lambda: decode_depth(_message(folder, topic, number), folder)
 
 
-def _color(message: Any, folder: Path) -> NDArray[np.uint8]:
+def decode_color(message: Any, folder: Path) -> NDArray[np.uint8]:
     """Decode rgb8, bgr8, rgba8, bgra8, mono8 or a compressed picture."""
     if not hasattr(message, "encoding"):
         pixels = _uncompressed(bytes(message.data), folder)
@@ -154,7 +154,7 @@ def _grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.repeat(pixels[..., None], 3, axis=2)
 
 
-def _depth(message: Any, folder: Path) -> NDArray[np.float32]:
+def decode_depth(message: Any, folder: Path) -> NDArray[np.float32]:
     """Decode 16-bit millimetres or float metres, also as a compressed PNG (12 bytes before it)."""
     if not hasattr(message, "encoding"):
         data = bytes(message.data)

@@ -92,13 +92,33 @@ def cloud_normals(points: Floats, k: int = NEIGHBOURS) -> Floats:
 
 def _oriented(points: Floats, normals: Floats, near: NDArray[np.int64]) -> Floats:
     """Carry signs from point to point along the tree that turns least."""
-    from scipy.sparse import coo_array, csgraph
-
     n, k = near.shape
     pairs = np.stack([np.repeat(np.arange(n), k), near.reshape(-1)], axis=1)
     low, high = pairs.min(axis=1), pairs.max(axis=1)
     keys = np.unique((low * n + high)[low != high])
-    one, other = keys // n, keys % n
+    return oriented_along(points, normals, keys // n, keys % n)
+
+
+def oriented_along(
+    points: Floats, normals: Floats, one: NDArray[np.int64], other: NDArray[np.int64]
+) -> Floats:
+    """Turn normals so that neighbours agree and most point inward.
+
+    Parameters
+    ----------
+    points, normals : (n, 3) float64
+        All finite.
+    one, other : (E,) int64
+        Pairs of neighbours, each once.
+
+    Returns
+    -------
+    (n, 3) float64
+        The normals, each with the sign that the tree of neighbours that turns least carries to it.
+    """
+    from scipy.sparse import coo_array, csgraph
+
+    n = len(points)
     turn = 1.0 - np.abs((normals[one] * normals[other]).sum(axis=1))
     graph = coo_array((turn + 1e-6, (one, other)), shape=(n, n)).tocsr()  # 0 would be no pair
     tree = csgraph.minimum_spanning_tree(graph)

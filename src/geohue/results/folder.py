@@ -47,10 +47,12 @@ class Kind:
 
 _CLOUDS = {f"segmented.{ending}" for ending in ("ply", "pcd", "las", "laz")}
 _PICTURES = {"overlay.png", "borders.png", "weight_curve.png", "segments.png"}
+_OBJECTS = {"objects.csv", "objects.json"}
 
 SEGMENTATION = Kind(
     "result.json",
     frozenset({"result.json", "labels.png", "labels.npy", "levels.npz", "coco.json"})
+    | _OBJECTS
     | {"disparity.png", "rectified_left.png", "rectified_right.png", "labels_original.png"}
     | {"rectification.npz"}
     | _PICTURES
@@ -70,6 +72,13 @@ COMPARISON = Kind(
     frozenset({"compare.json", "compare.html", "compare.csv", "plate.png", "labels"}),
 )
 """What ``geohue compare`` writes."""
+
+SUPERPOINTS = Kind(
+    "superpoints.json",
+    frozenset({"superpoints.json", "levels.npz", "graph.npz"})
+    | {f"superpoints.{ending}" for ending in ("npy", "pth", "png", "ply", "las", "laz")},
+)
+"""What ``geohue superpoints`` writes for a scene."""
 
 
 def check_result_folder(

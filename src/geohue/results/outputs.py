@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,14 @@ import numpy as np
 
 from geohue.compute.parallel import cores
 from geohue.errors import GeohueError
+from geohue.objects import Measured, Segments
 from geohue.read.extras import optional
 from geohue.results.borders import border_picture
 from geohue.results.curve import draw_weight_curve
 from geohue.results.folder import SEGMENTATION, whole_folder
 from geohue.results.levels import write_levels
 from geohue.results.numbering import MOST_IN_PNG, numbering
+from geohue.results.objects import write_features, write_table
 from geohue.results.picture import paint, picture
 from geohue.results.places import places_of
 from geohue.results.ply import write_ply
@@ -26,10 +29,10 @@ from geohue.results.stereo import write_pair
 from geohue.scene import Scene
 from geohue.segmentation.result import Segmentation
 
-FORMATS = ("ply", "pcd", "las", "laz", "coco", "segments")
+FORMATS = ("ply", "pcd", "las", "laz", "coco", "segments", "objects")
 """What can be asked for: ``segmented.ply`` (a usual file, unless lean), ``segmented.pcd``,
 ``segmented.las`` or ``.laz`` with the extra dimension ``segment_id``, ``coco.json``, and
-``segments.png``, the labels in colours."""
+``segments.png``, the labels in colours, and ``objects.csv`` with ``objects.json``."""
 
 
 def write_results(
@@ -114,7 +117,7 @@ def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[str]:
         "overlay.png": lambda file: write_png(file, picture(scene, seg.labels))
     }
     if np.isfinite(scene.points[..., 2]).any():
-        tasks["segmented.ply"] = lambda file: _write_ply(file, scene, seg)
+        tasks["segmented.ply"] = lambda file: write_scene_ply(file, scene, seg)
     tasks["borders.png"] = lambda file: _write_borders(file, scene, seg)
     if levels is not None:
         tasks["levels.npz"] = lambda file: write_levels(file, levels)
@@ -140,15 +143,17 @@ def _writers(
         raise GeohueError(f"format {unknown[0]!r}: choose among {', '.join(FORMATS)}")
     if not formats:
         return []
+    segments = cache(lambda: Segments(Measured(scene, seg.labels, seg.k)))
     writers: dict[str, tuple[str, _Writer]] = {}
+    writers["objects"] = ("objects.json", lambda file: write_features(file, segments()))
     if scene.is_grid:
         writers["coco"] = ("coco.json", lambda file: _write_coco(file, seg))
         writers["segments"] = ("segments.png", lambda file: write_png(file, paint(seg.labels)))
     if np.isfinite(scene.points[..., 2]).any():
-        writers["ply"] = ("segmented.ply", lambda file: _write_ply(file, scene, seg))
+        writers["ply"] = ("segmented.ply", lambda file: write_scene_ply(file, scene, seg))
         writers["pcd"] = ("segmented.pcd", lambda file: _write_pcd(file, scene, seg))
-        writers["las"] = ("segmented.las", lambda file: _write_las(file, scene, seg))
-        writers["laz"] = ("segmented.laz", lambda file: _write_las(file, scene, seg))
+        writers["las"] = ("segmented.las", lambda file: write_scene_las(file, scene, seg))
+        writers["laz"] = ("segmented.laz", lambda file: write_scene_las(file, scene, seg))
     wanted = list(dict.fromkeys(formats))
     missing = [name for name in wanted if name not in writers]
     if missing:
@@ -159,7 +164,10 @@ def _writers(
             optional("laspy", "clouds", target / f"segmented.{name}")
         if name == "laz":
             optional("lazrs", "clouds", target / "segmented.laz")
-    return [writers[name] for name in wanted]
+    files = [writers[name] for name in wanted]
+    if "objects" in wanted:
+        files.append(("objects.csv", lambda file: write_table(file, segments())))
+    return files
 
 
 def _write_coco(file: Path, seg: Segmentation) -> None:
@@ -182,7 +190,7 @@ def _write_borders(file: Path, scene: Scene, seg: Segmentation) -> None:
         write_png(file, drawn)
 
 
-def _write_ply(file: Path, scene: Scene, seg: Segmentation) -> None:
+def write_scene_ply(file: Path, scene: Scene, seg: Segmentation) -> None:
     """Write a cloud as it is in its file, and the points of a grid that have a position."""
     use: Any = np.isfinite(scene.points[..., 2]) if scene.is_grid else ...
     points = places_of(scene)
@@ -190,7 +198,7 @@ def _write_ply(file: Path, scene: Scene, seg: Segmentation) -> None:
     write_ply(file, points[use], scene.colors[use], seg.labels[use], double=is_double)
 
 
-def _write_las(file: Path, scene: Scene, seg: Segmentation) -> None:
+def write_scene_las(file: Path, scene: Scene, seg: Segmentation) -> None:
     """Add the segments to the LAS file that the scene came from, or make a new one."""
     from geohue.results.las import write_las
     from geohue.results.las_copy import is_las, write_las_like

@@ -5,20 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from geohue._version import __version__
+from geohue.compute.labels import relabel
 from geohue.errors import GeohueError
 from geohue.merge.levels import Detail, Levels
 from geohue.scene import Scene
 from geohue.segmentation.words import told, weight_in_words
 from geohue.weight.search import Curve
+
+if TYPE_CHECKING:
+    from geohue.objects import Editing, Neighbours, Segment, Segments
 
 SUMMARY_DETAILS = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
 """Degrees of detail whose numbers of segments the summary states."""
@@ -57,7 +61,7 @@ class Segmentation:
     detail : float, str or None
         How fine the level is that `labels` are; None without levels, and where `k` was given.
     scene : Scene or None
-        What was segmented, for `save` and `overlay`; None for a result that was loaded.
+        What was segmented, for `save`, `overlay` and `segments`; None for a result that was loaded.
     border_votes : sequence of (int, int, float)
         With weight "consensus", two segments that touch and the share of the cuts that draw the
         border between them, 0 to 1. Empty where no cuts voted on the segments.
@@ -81,6 +85,7 @@ class Segmentation:
     scene: Scene | None = None
     border_votes: Sequence[tuple[int, int, float]] = ()
     merged: bool = False
+    _made: dict[str, Any] = field(default_factory=dict, init=False)
 
     def __repr__(self) -> str:
         size = " x ".join(str(side) for side in self.labels.shape)
@@ -227,6 +232,101 @@ class Segmentation:
     def n_labelled(self) -> int:
         """Number of pixels or points with a label."""
         return int((self.labels >= 0).sum())
+
+    @property
+    def segments(self) -> Segments:
+        """The segments as objects: ``seg.segments[i]`` has its mask, place, shape and neighbours.
+
+        Raises
+        ------
+        GeohueError
+            If the scene is not there.
+        """
+        if "segments" not in self._made:
+            from geohue.objects import Measured, Segments
+
+            self._made["segments"] = Segments(
+                Measured(self._known_scene("segments"), self.labels, self.k)
+            )
+        found: Segments = self._made["segments"]
+        return found
+
+    @property
+    def neighbours(self) -> Neighbours:
+        """The graph of segments that touch, as plain arrays."""
+        return self.segments.measured.neighbours
+
+    def at(self, u: float, v: float) -> Segment | None:
+        """Return the segment at column `u` and row `v` of the image, None where there is none."""
+        return self.segments.at(u, v)
+
+    def near(self, xyz: ArrayLike) -> Segment:
+        """Return the segment of the labelled point nearest to a position in the scene."""
+        return self.segments.near(xyz)
+
+    def table(self, *, pandas: bool = False) -> Any:
+        """Return the measures of all segments, a row each.
+
+        Parameters
+        ----------
+        pandas : bool
+            Whether to return a `pandas.DataFrame`.
+
+        Returns
+        -------
+        dict of str to (K,) array, or pandas.DataFrame
+            The columns of `geohue.objects.segments.table`.
+
+        Raises
+        ------
+        GeohueError
+            If the scene is not there, or pandas is asked for and not installed.
+        """
+        from geohue.objects.segments import frame, table
+
+        columns = table(self.segments)
+        return frame(columns) if pandas else columns
+
+    def assign(
+        self, points: ArrayLike, colors: ArrayLike | None = None, threads: int | None = None
+    ) -> NDArray[np.int32]:
+        """Return a label for every point: new, thinned away, without colour or out of view.
+
+        Parameters
+        ----------
+        points : (..., 3) float
+            Positions in the frame of the scene; not finite ones are missing.
+        colors : (..., 3) uint8, or float in 0..1, optional
+            sRGB; NaN where a point has none.
+        threads : int, optional
+            By default one a core.
+
+        Returns
+        -------
+        (...) int32
+            As `geohue.segmentation.assign.assign_labels` finds them; no -1 among them.
+
+        Raises
+        ------
+        GeohueError
+            If the arrays do not fit together, or the scene is not there.
+        """
+        from geohue.segmentation.assign import assign_labels
+
+        return assign_labels(self._known_scene("assign"), self.labels, points, colors, threads)
+
+    def edit(self) -> Editing:
+        """Return the segments as a value that merges, splits and grows them, with undo."""
+        from geohue.objects import Editing
+
+        return Editing(self.labels, self.levels)
+
+    def edited(self, edit: Editing) -> Segmentation:
+        """Return the segmentation with the segments of `edit`, numbered anew, the largest first."""
+        labels, old = relabel(edit.labels)
+        if labels.shape != self.labels.shape:
+            raise GeohueError(f"edited labels have shape {labels.shape}, not {self.labels.shape}")
+        return replace(self, labels=labels, k=len(old), quality=None, detail=None)
 
     def summary(self) -> dict[str, Any]:
         """Return everything but the labels, ready for JSON (a weight not finite becomes None)."""
