@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from geohue.segmentation.driver import segment
     from geohue.segmentation.result import Segmentation
     from geohue.settings import PRESETS, Preset
+    from geohue.video.segmenter import VideoSegmenter
 
 # Loaded on first use: `import geohue` stays as quick as `import numpy`.
 _HOMES = {
@@ -33,6 +34,7 @@ _HOMES = {
     "Preset": "geohue.settings",
     "Scene": "geohue.scene",
     "Segmentation": "geohue.segmentation.result",
+    "VideoSegmenter": "geohue.video.segmenter",
     "segment": "geohue.segmentation.driver",
     "segment_file": "geohue.large",
 }
@@ -45,6 +47,7 @@ __all__ = [
     "Preset",
     "Scene",
     "Segmentation",
+    "VideoSegmenter",
     "__version__",
     "segment",
     "segment_file",

@@ -165,36 +165,49 @@ def describe_cell(
         for b in range(_SIDE):
             y, x = i + a - AROUND, j + b - AROUND
             which[a, b] = -1
-            if y < 0 or x < 0 or y >= labels.shape[0] or x >= labels.shape[1]:
-                continue
-            for k in range(count):
-                if names[k] == labels[y, x]:
-                    which[a, b] = k
-            k = which[a, b]
-            if k < 0:
-                continue
-            away = float((a - AROUND) ** 2 + (b - AROUND) ** 2)
-            weight = math.exp(-away / (2 * WIDTH * WIDTH))
-            sums[k, 8] += weight
-            for c in range(4):
-                value = examples[y, x, c]
-                if value == value:
-                    sums[k, c] += weight * value
-                    sums[k, 4 + c] += weight * value * value
-                    if c == 3:
-                        sums[k, 9] += weight
+            if 0 <= y < labels.shape[0] and 0 <= x < labels.shape[1]:
+                for k in range(count):
+                    if names[k] == labels[y, x]:
+                        which[a, b] = k
+                        away = float((a - AROUND) ** 2 + (b - AROUND) ** 2)
+                        add_example(examples, y, x, math.exp(-away / (2 * WIDTH * WIDTH)), k, sums)
+    finish(sums, count, noise, model)
+
+
+@compiled
+def finish(
+    sums: NDArray[np.float64], count: int, noise: NDArray[np.float64], model: NDArray[np.float64]
+) -> None:
+    """Turn sums into means, inverse variances and logarithms."""
     for k in range(count):
         model[k, 8] = 0.0
         for c in range(4):
             n = sums[k, 9] if c == 3 else sums[k, 8]
-            if n <= 0:
-                model[k, c], model[k, 4 + c] = 0.0, 0.0
-                continue
-            mean = sums[k, c] / n
-            variance = max(sums[k, 4 + c] / n - mean * mean, 0.0) + noise[c] * noise[c]
-            model[k, c], model[k, 4 + c] = mean, 1 / variance
-            if c < 3:
-                model[k, 8] += math.log(variance) / 2
+            model[k, c], model[k, 4 + c] = 0.0, 0.0
+            if n > 0:
+                mean = sums[k, c] / n
+                variance = max(sums[k, 4 + c] / n - mean * mean, 0.0) + noise[c] * noise[c]
+                model[k, c], model[k, 4 + c] = mean, 1 / variance
+                model[k, 8] += math.log(variance) / 2 if c < 3 else 0.0
+
+
+@compiled
+def add_example(
+    examples: NDArray[np.float64],
+    y: int,
+    x: int,
+    weight: float,
+    k: int,
+    sums: NDArray[np.float64],
+) -> None:
+    """Add a point of the draft to its label: values, squares, and weights with and of depth."""
+    sums[k, 8] += weight
+    for c in range(4):
+        value = examples[y, x, c]
+        if value == value:
+            sums[k, c] += weight * value
+            sums[k, 4 + c] += weight * value * value
+            sums[k, 9] += weight if c == 3 else 0.0
 
 
 @compiled
@@ -220,33 +233,55 @@ def draw_row(
     The weights of the points around a pixel are products of one along the rows and one along the
     columns, so those along the columns of the window are added up once for the row.
     """
-    for k in range(count):
-        for b in range(_SIDE):
-            across[k, b] = 0.0
-    for a in range(_SIDE):
-        off = (a - AROUND) - down / step
-        weight = math.exp(-off * off / (2 * WIDTH * WIDTH))
-        for b in range(_SIDE):
-            if which[a, b] >= 0:
-                across[which[a, b], b] += weight
+    add_rows(which, count, down, step, across)
     for x in range(left, right):
         for b in range(_SIDE):
-            off = (b - AROUND) - (x - column) / step
-            along[b] = math.exp(-off * off / (2 * WIDTH * WIDTH))
-        log_depth = math.log(depth[y, x]) if depth[y, x] > 0 else math.nan
-        light, green, blue = lab[y, x, 0] / 2.55, lab[y, x, 1] - 128.0, lab[y, x, 2] - 128.0
+            along[b] = weight_at(b, x - column, step)
         best, most = 0, -math.inf
         for k in range(count):
             share = 0.0
             for b in range(_SIDE):
                 share += across[k, b] * along[b]
-            fit = math.log(share) - model[k, 8]
-            fit -= (light - model[k, 0]) ** 2 * model[k, 4] / 2
-            fit -= (green - model[k, 1]) ** 2 * model[k, 5] / 2
-            fit -= (blue - model[k, 2]) ** 2 * model[k, 6] / 2
-            if log_depth == log_depth and model[k, 7] > 0:
-                away = log_depth - model[k, 3]
-                fit -= (away * away * model[k, 7] - math.log(model[k, 7])) / 2
+            fit = math.log(share) + log_likeness(lab, depth, y, x, k, model)
             if fit > most:
                 best, most = k, fit
         out[y, x] = names[best]
+
+
+@compiled
+def add_rows(which: Labels, count: int, down: int, step: int, across: NDArray[np.float64]) -> None:
+    """Add up the weights along the rows of the window: each label's in each column."""
+    for k in range(count):
+        for b in range(_SIDE):
+            across[k, b] = 0.0
+    for a in range(_SIDE):
+        weight = weight_at(a, down, step)
+        for b in range(_SIDE):
+            if which[a, b] >= 0:
+                across[which[a, b], b] += weight
+
+
+@compiled
+def weight_at(place: int, off: int, step: int) -> float:
+    """The weight of a row or column of the window for a pixel that lies so far from its middle."""
+    away = (place - AROUND) - off / step
+    return math.exp(-away * away / (2 * WIDTH * WIDTH))
+
+
+@compiled
+def log_likeness(
+    lab: NDArray[np.uint8],
+    depth: NDArray[np.float32],
+    y: int,
+    x: int,
+    k: int,
+    model: NDArray[np.float64],
+) -> float:
+    """Logarithm of the likelihood of a pixel's colour and depth under a label."""
+    fit = (lab[y, x, 0] / 2.55 - model[k, 0]) ** 2 * model[k, 4]
+    fit += (lab[y, x, 1] - 128.0 - model[k, 1]) ** 2 * model[k, 5]
+    fit += (lab[y, x, 2] - 128.0 - model[k, 2]) ** 2 * model[k, 6]
+    if depth[y, x] > 0 and model[k, 7] > 0:
+        away = math.log(depth[y, x]) - model[k, 3]
+        fit += away * away * model[k, 7] - math.log(model[k, 7])
+    return -fit / 2 - model[k, 8]

@@ -43,9 +43,7 @@ class Fit:
     unused_depth: bool = False
 
 
-def explained_votes(
-    share: NDArray[np.float64], apart: NDArray[np.bool_]
-) -> float:
+def explained_votes(share: NDArray[np.float64], apart: NDArray[np.bool_]) -> float:
     """Return which part of all votes for borders lies where segments meet.
 
     Parameters

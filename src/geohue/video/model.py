@@ -168,9 +168,7 @@ class CarriedModel:
             return _cuts(features.mixed(weight), chosen, weight, counts, settings, seed)
 
         cuts = tuple(team.map(fitted, weights if fused else (0.0,)))
-        return cls(
-            color, place, pose, cuts, features.mixed(1.0)[chosen], fused, settings.cut.scale
-        )
+        return cls(color, place, pose, cuts, features.mixed(1.0)[chosen], fused, settings.cut.scale)
 
     def features(self, draft: Scene, pose: Pose | None = None) -> Features:
         """Return the features of a draft in the units of this model.

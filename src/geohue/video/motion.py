@@ -80,9 +80,7 @@ def reprojected(
     return out, far
 
 
-def agreeing(
-    labels: Labels, expected: NDArray[np.floating], depth: NDArray[np.floating]
-) -> Labels:
+def agreeing(labels: Labels, expected: NDArray[np.floating], depth: NDArray[np.floating]) -> Labels:
     """Leave out labels where depth is not what it should be, by more than `NEARER` allows.
 
     What moved away or came into view there is not what had the label.

@@ -30,11 +30,12 @@ from geohue.video.held import held_level
 from geohue.video.keeper import DELAY, ModelKeeper, chosen_cut
 from geohue.video.model import CarriedModel
 from geohue.video.motion import agreeing, reprojected, resized
-from geohue.video.tracks import MEMORY, Sighting, Tracker, sightings
+from geohue.video.tracks import MEMORY, Sighting, Track, Tracker, sightings
 from geohue.weight.quality import QualityMetric
 
 Labels = NDArray[np.int32]
 Pose = NDArray[np.float64]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _View:
@@ -153,11 +154,14 @@ class VideoSegmenter:
 
         "first", "cut" (another shot: the frame waits for it, and all identities end), "new" (a
         thing unlike all landmarks), "votes" (the segments no longer explain the cuts' votes) or
-        "depth" (there is depth again).
+        "depth" (there is depth again);
+        "resume" in the last frame of a run that is gone on with.
         """
         return self._keeper.models
 
-    def update(self, scene: Scene, pose: ArrayLike | None = None) -> Segmentation:
+    def update(
+        self, scene: Scene, pose: ArrayLike | None = None, frame: int | None = None
+    ) -> Segmentation:
         """Split the next frame.
 
         Parameters
@@ -168,6 +172,8 @@ class VideoSegmenter:
         pose : (4, 4) float, optional
             Camera to world. Where two frames have one, the labels of the first are carried along
             the motion of the camera, and places are those in the world.
+        frame : int, optional
+            Its number, where frames before it are missing; by default the next one.
 
         Returns
         -------
@@ -179,8 +185,12 @@ class VideoSegmenter:
         Raises
         ------
         GeohueError
-            For a cloud without a grid, or a pose of another shape or not finite.
+            For a cloud without a grid, a pose of another shape or not finite, or a number of a
+            frame that is not after the last one's.
         """
+        if frame is not None and frame < self.frame:
+            raise GeohueError(f"frame is {frame}: the next one is {self.frame} or later")
+        self.frame = self.frame if frame is None else frame
         if not scene.is_grid or scene.size == 0:
             raise GeohueError("a video needs frames on a grid of pixels: this scene is a cloud")
         clock = StageClock()
@@ -220,6 +230,46 @@ class VideoSegmenter:
             self._detail if self._merges else None,
         )
 
+    def resume(
+        self,
+        scene: Scene,
+        labels: Labels,
+        tracks: dict[int, Track],
+        frame: int,
+        pose: ArrayLike | None = None,
+    ) -> None:
+        """Go on after a frame that another segmenter has split, with its identities.
+
+        Parameters
+        ----------
+        scene : Scene
+            The last frame that was split; a model is made from it.
+        labels : (H, W) int32
+            Its identities.
+        tracks : dict of int to Track
+            Each track as it was last seen.
+        frame : int
+            The number of the frame.
+        pose : (4, 4) float, optional
+            Camera to world.
+
+        Raises
+        ------
+        GeohueError
+            If the labels are not as the frame, or the preset chooses a cut of its own.
+        """
+        if labels.shape != scene.shape:
+            raise GeohueError(f"labels have shape {labels.shape}, the frame {scene.shape}")
+        if not self._merges:
+            raise GeohueError("only presets that merge regions can be resumed: best or fast")
+        now = self._view(scene, _checked(pose))
+        self.frame = frame
+        following = max(tracks, default=-1) + 1
+        self.tracker.restore(tracks, following)
+        self._keeper.begin(frame, "resume", now.draft, now.pose, self._settings, self._team)
+        self._last = _Last(labels.reshape(-1)[now.positions], now)
+        self.frame = frame + 1
+
     def _view(self, scene: Scene, pose: Pose | None) -> _View:
         positions = scene.thinning(self._settings.draft_points, np.random.default_rng(0))
         draft = scene.take(positions)
@@ -227,7 +277,7 @@ class VideoSegmenter:
 
     def _model(self, now: _View) -> CarriedModel:
         """The model for this frame; at the beginning and after a cut it is made on the spot."""
-        why = "first" if self.frame == 0 or self._keeper.model is None else None
+        why = "first" if self._keeper.model is None else None
         if self._last is not None and self._last.view.look.change(now.look) > CUT:
             why, self._last = "cut", None
             self.tracker.forget()

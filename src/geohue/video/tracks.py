@@ -21,7 +21,10 @@ COLOR = 15.0
 exposure changes."""
 
 REACH = 0.02
-"""Share of its depth that a thing may move in a frame."""
+"""Share of its depth, or without depth of the picture, that a thing may move in a frame."""
+
+BESIDE = 0.05
+"""Share of the picture's sides by which a thing without depth may be displaced."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,9 +109,7 @@ def sightings(
     """
     flat, count = labels.reshape(-1), np.bincount(labels.reshape(-1))
     y, x = ((np.indices(labels.shape)[i].reshape(-1) + 0.5) / labels.shape[i] for i in (0, 1))
-    mean = np.stack(
-        [np.bincount(flat, v) / count for v in (*lab.reshape(-1, 3).T, y, x)], axis=1
-    )
+    mean = np.stack([np.bincount(flat, v) / count for v in (*lab.reshape(-1, 3).T, y, x)], axis=1)
     order = np.argsort(flat, kind="stable")
     parts = np.split(points.reshape(-1, 3)[order], np.cumsum(count)[:-1])
     found = []
@@ -139,7 +140,8 @@ class Tracker:
 
     def restore(self, tracks: dict[int, Track], following: int) -> None:
         """Go on with the tracks of an earlier run; new ones get numbers from `following`."""
-        self.tracks, self._next = dict(tracks), following
+        now = max((track.last.frame for track in tracks.values()), default=0)
+        self.tracks, self._next = _remembered(tracks, now, self.memory), following
 
     def forget(self) -> None:
         """Let all tracks end, as after a cut."""
@@ -191,11 +193,11 @@ class Tracker:
             first, n = (one.frame, 1) if known is None else (known.first, known.n_frames + 1)
             self.tracks[one.track] = Track(one.track, first, one, n)
         now = named[0].frame if named else 0
-        self.tracks = {
-            name: track
-            for name, track in self.tracks.items()
-            if now - track.last.frame <= self.memory
-        }
+        self.tracks = _remembered(self.tracks, now, self.memory)
+
+
+def _remembered(tracks: dict[int, Track], now: int, memory: int) -> dict[int, Track]:
+    return {name: one for name, one in tracks.items() if now - one.last.frame <= memory}
 
 
 def scores(
@@ -203,27 +205,44 @@ def scores(
 ) -> NDArray[np.float64]:
     """Return how well tracks and segments fit, (T, K) in 0..3.
 
-    Twice the overlap, plus likeness of colour times nearness times the fourth root of the ratio of
-    sizes: what comes out from behind something is small at first. Nearness is 1 in the same place and falls with the distance in units of the thing's
-    radius and of how far it may have moved since it was last seen.
+    Twice the overlap, plus likeness of colour times nearness times the fourth root of the ratio
+    of sizes: what comes out from behind something is small at first. Nearness is 1 in the same
+    place and falls with the distance in units of the thing's radius and of how far it may have
+    moved since it was last seen.
+
+    Parameters
+    ----------
+    tracks : list of Track
+        T tracks.
+    seen : list of Sighting
+        K segments of one frame.
+    overlap : (T, K) float64
+        Intersection over union.
     """
-    value = np.zeros((len(tracks), len(seen)))
-    for t, track in enumerate(tracks):
-        for s, one in enumerate(seen):
-            last = track.last
-            away = (one.color - last.color) * (0.5, 1.0, 1.0) / COLOR
-            ratio = min(one.size, last.size) / max(one.size, last.size, 1)
-            near = _nearness(last, one)
-            value[t, s] = 2 * overlap[t, s] + np.exp(-(away @ away)) * near * ratio**0.25
-    return value
+    if not tracks or not seen:
+        return np.zeros((len(tracks), len(seen)))
+    last = [track.last for track in tracks]
+    away = _each(seen, "color") - _each(last, "color")[:, None]
+    alike = np.exp(-((away * (0.5, 1.0, 1.0) / COLOR) ** 2).sum(axis=2))
+    one, other = _each(last, "size")[:, None], _each(seen, "size")
+    ratio = np.minimum(one, other) / np.maximum(np.maximum(one, other), 1)
+    return np.asarray(2 * overlap + alike * _nearness(last, seen) * ratio**0.25)
 
 
-def _nearness(last: Sighting, one: Sighting) -> float:
-    waited = one.frame - last.frame
-    if last.center is None or one.center is None or last.low is None or last.high is None:
-        step = one.place - last.place
-        return float(np.exp(-(step @ step) / (0.05 + REACH * waited) ** 2))
-    step = one.center - last.center
-    depth = float(np.linalg.norm(one.center))
-    reach = float(np.linalg.norm(last.high - last.low)) / 2 + REACH * depth * waited
-    return float(np.exp(-(step @ step) / max(reach, 1e-12) ** 2))
+def _nearness(last: list[Sighting], seen: list[Sighting]) -> NDArray[np.float64]:
+    waited = _each(seen, "frame") - _each(last, "frame")[:, None]
+    center, here = _each(last, "center"), _each(seen, "center")
+    depth = np.sqrt((here**2).sum(axis=1))
+    radius = np.sqrt(((_each(last, "high") - _each(last, "low")) ** 2).sum(axis=1)) / 2
+    reach = np.maximum(radius[:, None] + REACH * depth * waited, 1e-12)
+    away = ((here - center[:, None]) ** 2).sum(axis=2) / reach**2
+    flat = ((_each(seen, "place") - _each(last, "place")[:, None]) ** 2).sum(axis=2)
+    flat = flat / (BESIDE + REACH * waited) ** 2
+    return np.asarray(np.exp(-np.where(np.isfinite(away), away, flat)))
+
+
+def _each(sightings: list[Sighting], name: str) -> NDArray[np.float64]:
+    """One of their values as an array, NaN where there is none."""
+    none = np.full(3, np.nan)
+    values = [getattr(one, name) for one in sightings]
+    return np.array([none if value is None else value for value in values], np.float64)
