@@ -117,9 +117,13 @@ def video(
         raise GeohueError("nothing to do with the labels: give -o DIR, --live or --json")
     if kind not in ("webm", "mp4", "none"):
         raise GeohueError(f"--video {kind}: expected webm, mp4 or none")
+    if not rate > 0:
+        raise GeohueError(f"--rate {rate:g}: expected frames a second above 0")
     device = sequence.split(":")[0] == _DEVICE and not Path(sequence).exists()
     if resume and (out is None or device or live):
         raise GeohueError("--resume goes on with a recording in -o DIR: not live, no camera")
+    if resume and preset == "paper":
+        raise GeohueError("--resume goes on with best or fast: paper needs its first frame")
     given = {"layout": layout, "intrinsics": intrinsics, "depth_scale": depth_scale}
     frames = [] if device else _frames(sequence, depth, not poses, **given)
     from geohue.video.outputs import Wishes

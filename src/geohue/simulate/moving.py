@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from geohue.camera import Intrinsics
 from geohue.errors import GeohueError
 from geohue.scene import Scene
+from geohue.simulate.materials import Material
 from geohue.simulate.scenes import BLUE, CARDBOARD, CARPET, GREEN, RED, WALL, YELLOW
 from geohue.simulate.sensors import SENSORS, measured
-from geohue.simulate.shapes import Box, Cylinder, Floats, Plane, Sphere, Vector
+from geohue.simulate.shapes import Box, Cylinder, Floats, Plane, Shape, Sphere, Vector
 from geohue.simulate.world import Solid, World, render
 
 MOVING, ENTERING, HIDDEN = 4, 5, 6
@@ -72,7 +73,7 @@ def moving_world(frame: float) -> tuple[World, Floats]:
         As in `MovingFrame`.
     """
     at, start = _centers(frame), _centers(0)
-    things = [
+    things: list[tuple[Shape, Material]] = [
         (Box((-0.42, -0.14, 1.05), (0.22, 0.28, 0.2), 25), RED),
         (Box((0.12, -0.3, 1.3), (0.26, 0.6, 0.14), 0), CARDBOARD),
         (Sphere(at[MOVING], 0.13), YELLOW),
@@ -97,6 +98,7 @@ def moving_scene(
     camera: Intrinsics | None = None,
     sensor: str | None = None,
     seed: int = 0,
+    start: int = 0,
 ) -> Iterator[MovingFrame]:
     """Film the room.
 
@@ -110,6 +112,8 @@ def moving_scene(
         What measures the depth; exact depth if not given.
     seed : int
         The source of chance of the noise.
+    start : int
+        The first frame.
 
     Yields
     ------
@@ -126,7 +130,7 @@ def moving_scene(
     if camera.width is None or camera.height is None:
         raise GeohueError("the camera has no size: give its width and height")
     device = None if sensor is None else SENSORS[sensor]()
-    for frame in range(n_frames):
+    for frame in range(start, start + n_frames):
         world, places = moving_world(frame)
         scene = measured(world, device, camera, seed + 1000 * frame)
         truth = render(world, camera, samples=1).labels

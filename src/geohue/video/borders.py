@@ -284,4 +284,4 @@ def log_likeness(
     if depth[y, x] > 0 and model[k, 7] > 0:
         away = math.log(depth[y, x]) - model[k, 3]
         fit += away * away * model[k, 7] - math.log(model[k, 7])
-    return -fit / 2 - model[k, 8]
+    return float(-fit / 2 - model[k, 8])

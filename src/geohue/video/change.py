@@ -133,4 +133,4 @@ class Look:
 
 
 def _histogram(classes: NDArray[np.floating]) -> NDArray[np.int64]:
-    return np.clip(classes, 0, 7).astype(np.int64)
+    return np.asarray(np.clip(classes, 0, 7), np.int64)

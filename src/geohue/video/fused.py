@@ -112,7 +112,7 @@ class FusedCloud:
 def _keys(points: NDArray[np.float64], size: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """The voxel of each point as one number, and which lie within reach of it."""
     cell = np.floor(points / size)
-    known = (np.abs(cell) < _REACH).all(axis=1)
+    known = np.asarray((np.abs(cell) < _REACH).all(axis=1))
     part = np.where(known[:, None], cell, 0).astype(np.int64) + _REACH
     return (part[:, 0] << 42) | (part[:, 1] << 21) | part[:, 2], known
 

@@ -9,18 +9,22 @@ from geohue.merge.tree import MergeTree
 
 Labels = NDArray[np.int32]
 
-HOLD = 1.0
-"""Score, a logarithm of odds, by which two regions of one track are kept together and those of two
+TOGETHER, APART = 1.0, 0.25
+"""Scores, logarithms of odds, by which regions of one track are kept together and those of two
 tracks apart: near 0 the noise of a frame would decide, and the segment would flicker."""
 
 
 def held_level(
-    tree: MergeTree, shares: NDArray[np.float64], threshold: float = 0.0, hold: float = HOLD
+    tree: MergeTree,
+    shares: NDArray[np.float64],
+    threshold: float = 0.0,
+    together: float = TOGETHER,
+    apart: float = APART,
 ) -> Labels:
     """Return the segment of each finest region.
 
     As `MergeTree.at`, but two groups of regions that mostly belonged to one track are merged up to
-    a score `hold` above the threshold, and those of two tracks only if it is `hold` below.
+    a score `together` above the threshold, and those of two tracks only if it is `apart` below.
 
     Parameters
     ----------
@@ -30,7 +34,7 @@ def held_level(
         How much of each region lay on each track in the frame before.
     threshold : float
         As for `MergeTree.at`.
-    hold : float
+    together, apart : float
         At least 0.
 
     Returns
@@ -40,7 +44,7 @@ def held_level(
 
     Examples
     --------
-    >>> tree = MergeTree(3, np.array([[0, 1], [0, 2]]), np.array([-0.5, 0.5]))
+    >>> tree = MergeTree(3, np.array([[0, 1], [0, 2]]), np.array([-0.2, 0.5]))
     >>> tree.at(0.0).tolist()
     [0, 0, 1]
     >>> held_level(tree, np.array([[1.0, 0], [0, 1], [1, 0]])).tolist()  # 0 and 1 were apart
@@ -57,7 +61,7 @@ def held_level(
     for (one, other), height in zip(tree.merges.tolist(), tree.heights.tolist(), strict=True):
         limit = threshold
         if known[one] and known[other]:
-            limit += hold if mostly[one] == mostly[other] else -hold
+            limit += together if mostly[one] == mostly[other] else -apart
         whole[one] = whole[one] and whole[other] and height < limit
         if whole[one]:
             taken.append((one, other))

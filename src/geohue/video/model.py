@@ -182,7 +182,7 @@ class CarriedModel:
         zeros = np.zeros((len(index), 3), np.float32)
         places = Block("geometry", "geometry", zeros, used=False)
         if fused:
-            points = draft.points.reshape(-1, 3)[index]
+            points = draft.points.reshape(-1, 3)[index].astype(np.float64)
             if self.pose is not None and pose is not None:
                 way = np.linalg.inv(self.pose) @ pose
                 points = points @ way[:3, :3].T + way[:3, 3]

@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from geohue.camera import Intrinsics
 
 Labels = NDArray[np.int32]
+Values = TypeVar("Values", bound=np.generic)
 Pose = NDArray[np.float64]
 
 NEARER = 0.95
 """Depths of which the lesser is at least so much of the greater are of one surface."""
 
 
-def resized(labels: Labels, shape: tuple[int, ...]) -> Labels:
-    """Return a label map in another size, each pixel with the nearest label.
+def resized(values: NDArray[Values], shape: tuple[int, ...]) -> NDArray[Values]:
+    """Return a map in another size, each pixel with the nearest value.
 
     Examples
     --------
     >>> resized(np.array([[1, 2]], np.int32), (2, 4)).tolist()
     [[1, 1, 2, 2], [1, 1, 2, 2]]
     """
-    if labels.shape == shape:
-        return labels
-    y, x = (np.arange(n) * old // n for n, old in zip(shape, labels.shape, strict=True))
-    return labels[y[:, None], x]
+    if values.shape == shape:
+        return values
+    y, x = (np.arange(n) * old // n for n, old in zip(shape, values.shape, strict=True))
+    return np.asarray(values[y[:, None], x])
 
 
 def reprojected(
@@ -34,7 +37,7 @@ def reprojected(
     way: Pose,
     camera: Intrinsics,
     positions: NDArray[np.int64],
-    size: tuple[int, int],
+    size: tuple[int, ...],
 ) -> tuple[Labels, NDArray[np.float64]]:
     """Carry the labels of a draft along the motion of the camera.
 
@@ -50,7 +53,7 @@ def reprojected(
         This camera, for pictures of `size`.
     positions : (h2, w2) int64
         The places of this draft in the picture.
-    size : (int, int)
+    size : tuple of int
         Height and width of the picture.
 
     Returns

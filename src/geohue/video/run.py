@@ -17,6 +17,7 @@ from geohue.video.sources import Camera, Shot
 from geohue.video.tracks import Sighting
 
 Labels = NDArray[np.int32]
+Made = tuple[Shot, Labels, list[Sighting]]
 Show = Callable[[Shot, Labels], bool]
 """Called with each frame and its labels; false ends the run."""
 
@@ -102,7 +103,9 @@ def run_video(
     """
     report, start = Report(), time.perf_counter()
     feed = Feed(camera, drop=live)
-    sink = None if outputs is None else Sink(lambda made: outputs.add(*made))
+    sink: Sink[Made] | None = None
+    if outputs is not None:
+        sink = Sink(lambda made: outputs.add(*made))
     try:
         while limit is None or report.n_frames < limit:
             item = feed.next()
@@ -130,7 +133,7 @@ def _step(
     shot: Shot,
     since: float,
     segmenter: VideoSegmenter,
-    sink: Sink[tuple[Shot, Labels, list[Sighting]]] | None,
+    sink: Sink[Made] | None,
     report: Report,
     show: Show | None,
 ) -> bool:

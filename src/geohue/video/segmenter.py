@@ -299,12 +299,11 @@ class VideoSegmenter:
         last, camera = self._last.view, now.scene.intrinsics
         if last.pose is None or now.pose is None or camera is None or not last.draft.valid.any():
             labels = resized(self._last.labels, shape)
-            expected = resized(last.draft.points[..., 2], shape)
+            expected = resized(last.draft.points[..., 2].astype(np.float64), shape)
         else:
             way = np.linalg.inv(now.pose) @ last.pose
-            size = now.scene.shape[0], now.scene.shape[1]
             labels, expected = reprojected(
-                self._last.labels, last.draft.points, way, camera, now.positions, size
+                self._last.labels, last.draft.points, way, camera, now.positions, now.scene.shape
             )
         return agreeing(labels, expected, now.draft.points[..., 2])
 
@@ -321,7 +320,7 @@ class VideoSegmenter:
 
     def _identify(self, segments: Labels, before: Labels, now: _View) -> Labels:
         """Give segments the identities of their tracks."""
-        points = now.draft.points
+        points = now.draft.points.astype(np.float64)
         if now.pose is not None:
             points = points @ now.pose[:3, :3].T + now.pose[:3, 3]
         scale = now.scene.size / now.draft.size
@@ -360,8 +359,8 @@ def contingency(
     [[1.0], [1.0]]
     """
     column = np.full(max([*names, int(tracks.max(initial=-1)), 0]) + 2, -1, np.int64)
-    for track, place in names.items():
-        column[track] = place
+    for track, number in names.items():
+        column[track] = number
     place = column[tracks.reshape(-1)]  # -1 is the last entry
     known = place >= 0
     cell = parts.reshape(-1)[known].astype(np.int64) * len(names) + place[known]

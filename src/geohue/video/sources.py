@@ -199,10 +199,11 @@ class _Pictures:
         if number < self._at:
             self._reader = cv2.VideoCapture(str(self._path))
             self._at = 0
-        picture = None
+        picture = np.zeros((1, 1, 3), np.uint8)
         while self._at <= number:
-            there, picture = self._reader.read()
+            there, found = self._reader.read()
             self._at += 1
-            if not there:
+            if not there or found is None:
                 raise broken(self._path, f"ends before picture {number}; copy it again")
+            picture = np.asarray(found, np.uint8)
         return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), np.uint8)

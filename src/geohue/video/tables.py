@@ -100,8 +100,9 @@ def _parsed(row: list[str]) -> tuple[Any, ...]:
 
 
 def _sighting(row: tuple[Any, ...]) -> Sighting:
-    places = [None] * 3 if row[7] is None else [np.array(row[i : i + 3]) for i in (7, 10, 13)]
-    return Sighting(row[0], row[1], row[3], np.array(row[4:7]), *places, np.array(row[16:18]))
+    center, low, high = (None if row[7] is None else np.array(row[i : i + 3]) for i in (7, 10, 13))
+    color, place = np.array(row[4:7]), np.array(row[16:18])
+    return Sighting(row[0], row[1], row[3], color, center, low, high, place)
 
 
 def _summary(track: int, rows: list[tuple[Any, ...]]) -> dict[str, Any]:
