@@ -124,6 +124,7 @@ def video(
         raise GeohueError("--resume goes on with a recording in -o DIR: not live, no camera")
     if resume and preset == "paper":
         raise GeohueError("--resume goes on with best or fast: paper needs its first frame")
+    wanted = read_detail(detail)
     given = {"layout": layout, "intrinsics": intrinsics, "depth_scale": depth_scale}
     frames = [] if device else _frames(sequence, depth, not poses, **given)
     from geohue.video.outputs import Wishes
@@ -132,7 +133,6 @@ def video(
     settings = {"sequence": sequence, "preset": preset, "detail": detail, "seed": seed}
     settings |= {"memory": memory, "poses": poses, "rate": rate}
     wishes = Wishes(kind, rate, fuse, labels=True, settings=settings)
-    wanted = read_detail(detail)
     with VideoSegmenter(
         preset, detail=wanted, seed=seed, threads=threads, memory=memory, live=live
     ) as segmenter:

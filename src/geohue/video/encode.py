@@ -35,8 +35,8 @@ class VideoWriter:
     rate : float
         Frames a second.
     earlier : path-like, optional
-        A video of the same kind that was written before: its pictures come first, copied as they
-        are encoded.
+        A video of the same kind that was written before: its pictures come first, in WebM
+        copied as they are encoded, in MP4 encoded again.
     copied : int
         How many of them.
 
@@ -79,12 +79,9 @@ class VideoWriter:
                 height, width = self._size
                 resized = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
                 picture = np.asarray(resized, np.uint8)
-            frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
-            frame.pts, frame.time_base = self.count, 1 / self._rate
-            self._container.mux(self._stream.encode(frame))
+            self._add(picture)
         except (self._av.FFmpegError, OSError) as error:
             raise broken(self._path, f"cannot be written ({reason(error)}); free space") from error
-        self.count += 1
 
     def close(self) -> None:
         """Finish the file; nothing is there if no picture came. Safe to call twice."""
@@ -111,16 +108,28 @@ class VideoWriter:
         self._stream.pix_fmt, self._stream.bit_rate = "yuv420p", _RATE
         self._stream.codec_context.time_base = 1 / self._rate
         if old is not None:
-            self._copy(old)
+            with old:
+                self._copy(old) if self._path.suffix == ".webm" else self._encode_again(old)
 
     def _copy(self, old: Any) -> None:
         """Copy the pictures of an earlier video without decoding them."""
-        with old:
-            whole = [p for p in old.demux(old.streams.video[0]) if p.dts is not None]
-            packets = whole[: self._copied]
-            for i, packet in enumerate(packets):
-                packet.stream = self._stream
-                packet.pts = packet.dts = i
-                packet.time_base = 1 / self._rate
-                self._container.mux(packet)
-        self.count = len(packets)
+        whole = [p for p in old.demux(old.streams.video[0]) if p.dts is not None]
+        for i, packet in enumerate(whole[: self._copied]):
+            packet.stream = self._stream
+            packet.pts = packet.dts = i
+            packet.duration, packet.time_base = 1, 1 / self._rate
+            self._container.mux(packet)
+            self.count += 1
+
+    def _encode_again(self, old: Any) -> None:
+        """Encode the pictures of an earlier video again: the header of an MP4 is its encoder's."""
+        for i, frame in enumerate(old.decode(video=0)):
+            if i >= self._copied:
+                break
+            self._add(frame.to_ndarray(format="rgb24"))
+
+    def _add(self, picture: NDArray[np.uint8]) -> None:
+        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+        frame.pts, frame.time_base = self.count, 1 / self._rate
+        self._container.mux(self._stream.encode(frame))
+        self.count += 1

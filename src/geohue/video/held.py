@@ -1,4 +1,4 @@
-"""Which regions form one segment, with the benefit of the doubt for what the last frame had."""
+"""Which regions form one segment, with the benefit of the doubt for what was one before."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from geohue.merge.tree import MergeTree
 
 Labels = NDArray[np.int32]
 
-TOGETHER, APART = 1.0, 0.25
-"""Scores, logarithms of odds, by which regions of one track are kept together and those of two
-tracks apart: near 0 the noise of a frame would decide, and the segment would flicker."""
+TOGETHER = 1.0
+"""Score, a logarithm of odds, up to which regions of one track are kept together: near 0 the noise
+of a frame would decide, and the segment would flicker. What was apart has no such benefit: the
+segments would become more and more."""
 
 
 def held_level(
@@ -19,12 +20,11 @@ def held_level(
     shares: NDArray[np.float64],
     threshold: float = 0.0,
     together: float = TOGETHER,
-    apart: float = APART,
 ) -> Labels:
     """Return the segment of each finest region.
 
     As `MergeTree.at`, but two groups of regions that mostly belonged to one track are merged up to
-    a score `together` above the threshold, and those of two tracks only if it is `apart` below.
+    a score `together` above the threshold.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def held_level(
         How much of each region lay on each track in the frame before.
     threshold : float
         As for `MergeTree.at`.
-    together, apart : float
+    together : float
         At least 0.
 
     Returns
@@ -47,8 +47,6 @@ def held_level(
     >>> tree = MergeTree(3, np.array([[0, 1], [0, 2]]), np.array([-0.2, 0.5]))
     >>> tree.at(0.0).tolist()
     [0, 0, 1]
-    >>> held_level(tree, np.array([[1.0, 0], [0, 1], [1, 0]])).tolist()  # 0 and 1 were apart
-    [0, 1, 2]
     >>> held_level(tree, np.ones((3, 1))).tolist()  # all were one
     [0, 0, 0]
     """
@@ -60,8 +58,8 @@ def held_level(
     taken: list[tuple[int, int]] = []
     for (one, other), height in zip(tree.merges.tolist(), tree.heights.tolist(), strict=True):
         limit = threshold
-        if known[one] and known[other]:
-            limit += together if mostly[one] == mostly[other] else -apart
+        if known[one] and known[other] and mostly[one] == mostly[other]:
+            limit += together
         whole[one] = whole[one] and whole[other] and height < limit
         if whole[one]:
             taken.append((one, other))

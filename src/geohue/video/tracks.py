@@ -175,6 +175,8 @@ class Tracker:
 
         old = list(self.tracks.values())
         value = scores(old, seen, overlap)
+        now = seen[0].frame if seen else 0
+        value[[now - track.last.frame > self.memory for track in old]] = 0
         track_of = np.full(len(seen), -1)
         for t, s in zip(*linear_sum_assignment(value, maximize=True), strict=True):
             if value[t, s] >= LEAST:
