@@ -32,8 +32,15 @@ def main() -> None:
                 both = np.hstack([frame.scene.colors, overlay(frame.scene.colors, labels)])
                 pictures.append(Image.fromarray(both))
     first, *others = pictures
-    options = {"duration": 80, "loop": 0, "quality": 45, "method": 6}
-    first.save(given.path, save_all=True, append_images=others, **options)
+    first.save(
+        given.path,
+        save_all=True,
+        append_images=others,
+        duration=80,
+        loop=0,
+        quality=45,
+        method=6,
+    )
 
 
 if __name__ == "__main__":

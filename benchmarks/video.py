@@ -75,7 +75,7 @@ def simulated(_: Path) -> Iterator[list[Moment]]:
     for frame in moving_scene(sensor="kinect"):
         target = None
         if last is not None:
-            world = last.scene.points @ last.pose[:3, :3].T + last.pose[:3, 3]
+            world = last.scene.points.astype(np.float64) @ last.pose[:3, :3].T + last.pose[:3, 3]
             world = world + (frame.places - last.places)[last.truth]
             moved = (world - frame.pose[:3, 3]) @ frame.pose[:3, :3]
             target = landing(moved, frame.scene)
@@ -192,7 +192,7 @@ def figures(moments: list[Moment], run: Run) -> list[float]:
         if moment.target is not None
     ]
     targets = [moment.target for moment in moments[1:] if moment.target is not None]
-    switches = identity_switches(*zip(*truth, strict=True), least=60) if truth else {}
+    switches = identity_switches([t for t, _ in truth], [found for _, found in truth], least=60)
     late = 1000 * np.percentile(run.seconds[1:], (50, 95, 99))
     return [
         float(np.mean(voi)) if voi else np.nan,

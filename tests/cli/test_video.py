@@ -24,7 +24,9 @@ def sequence(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Nine frames in the layout of 7-Scenes, the sixth damaged."""
     folder = tmp_path_factory.mktemp("sequence")
     camera = Intrinsics(66.0, 66.0, 39.5, 29.5, 80, 60)
-    np.savetxt(folder / "camera-intrinsics.txt", [[66, 0, 39.5], [0, 66, 29.5], [0, 0, 1]])
+    np.savetxt(
+        folder / "camera-intrinsics.txt", np.array([[66, 0, 39.5], [0, 66, 29.5], [0, 0, 1]])
+    )
     for i, frame in enumerate(moving_scene(9, camera)):
         name = folder / f"frame-{i:06d}"
         assert frame.scene.depth is not None

@@ -18,8 +18,8 @@ def test_one_thing_is_hidden_for_ten_frames_and_one_enters() -> None:
     for frame in (*range(30, 50), 0, 89):
         labels = render(moving_world(frame)[0], small, samples=1).labels
         seen[frame] = set(np.unique(labels).tolist())
-    labels = [render(moving_world(i)[0], CAMERA, samples=1).labels for i in range(31, 47)]
-    hidden = [not (found == HIDDEN).any() for found in labels]
+    views = [render(moving_world(i)[0], CAMERA, samples=1) for i in range(31, 47)]
+    hidden = [not (view.labels == HIDDEN).any() for view in views]
     assert sum(hidden) == 10
     assert ENTERING not in seen[0]
     assert ENTERING in seen[49]

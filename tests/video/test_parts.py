@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from geohue import PRESETS, GeohueError, Intrinsics, Scene
 from geohue.compute.parallel import Workers
@@ -28,6 +29,10 @@ from geohue.video.tracks import Sighting, Tracker, sightings
 from twins import video as twin
 
 FAST = PRESETS["fast"]
+
+
+def ints(rows: list[list[int]]) -> NDArray[np.int32]:
+    return np.array(rows, np.int32)
 
 
 def test_the_model_votes_as_the_cuts_it_was_made_from(film: list[MovingFrame]) -> None:
@@ -108,8 +113,11 @@ def test_without_a_past_the_level_is_that_of_the_tree(
         np.testing.assert_array_equal(held_level(tree, shares, threshold), tree.at(threshold))
     same = held_level(tree, np.ones((n, 1)), threshold, together=0.7)
     np.testing.assert_array_equal(same, tree.at(threshold + 0.7))
-    apart = held_level(tree, np.eye(n), threshold)
-    np.testing.assert_array_equal(apart, tree.at(threshold))
+    apart = held_level(tree, np.eye(n), threshold, apart=0.7)
+    assert apart.max() >= tree.at(threshold).max()
+    two = MergeTree(2, np.array([[0, 1]]), np.array([-0.5]))
+    assert held_level(two, np.eye(2), apart=0.4).tolist() == [0, 0]
+    assert held_level(two, np.eye(2), apart=0.6).tolist() == [0, 1]
 
 
 def test_labels_follow_the_camera() -> None:
@@ -133,11 +141,11 @@ def test_what_is_nearer_hides_what_is_behind() -> None:
     camera = Intrinsics(10.0, 10.0, 0.0, 0.0, 1, 1)
     points = np.array([[[0, 0, 1.0], [0, 0, 3.0], [0, 0, np.nan], [0, 0, -1.0]]])
     one, far = reprojected(
-        np.int32([[7, 8, 9, 5]]), points, np.eye(4), camera, np.zeros((1, 1), np.int64), (1, 1)
+        ints([[7, 8, 9, 5]]), points, np.eye(4), camera, np.zeros((1, 1), np.int64), (1, 1)
     )
     assert (one.tolist(), far.tolist()) == ([[7]], [[1.0]])
     depth = np.array([[1.0, 2.0, np.nan]])
-    kept = agreeing(np.int32([[1, 1, 1]]), np.array([[1.04, 1.5, 1.0]]), depth)
+    kept = agreeing(ints([[1, 1, 1]]), np.array([[1.04, 1.5, 1.0]]), depth)
     assert kept.tolist() == [[1, -1, 1]]
 
 
@@ -182,7 +190,7 @@ def test_overlap_decides_between_things_alike() -> None:
 
 
 def test_sightings_say_where_and_what_a_segment_is() -> None:
-    labels = np.int32([[0, 0], [1, 1]])
+    labels = ints([[0, 0], [1, 1]])
     lab = np.array([[[10, 0, 0], [20, 0, 0]], [[0, 5, 0], [0, 5, 0]]], float)
     points = np.full((2, 2, 3), np.nan)
     points[0] = [[0, 0, 2], [1, 0, 2]]
@@ -223,11 +231,11 @@ def test_voxels_have_the_mean_color_and_the_label_of_most(tmp_path: Path) -> Non
     cloud = FusedCloud(0.5)
     for grey, label in ((10, 3), (20, 3), (60, 8)):
         scene = Scene.from_rgbd(np.full((1, 1, 3), grey, np.uint8), [[1.2]], camera)
-        cloud.add(scene, np.int32([[label]]), np.eye(4))
-    cloud.add(scene, np.int32([[1]]), None)
+        cloud.add(scene, ints([[label]]), np.eye(4))
+    cloud.add(scene, ints([[1]]), None)
     pose = np.eye(4)
     pose[0, 3] = 3.0
-    cloud.add(scene, np.int32([[1]]), pose)
+    cloud.add(scene, ints([[1]]), pose)
     assert len(cloud) == 2
     cloud.write(tmp_path / "cloud.ply")
     found = read_cloud(tmp_path / "cloud.ply")

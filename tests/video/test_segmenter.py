@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from geohue import GeohueError, Scene, VideoSegmenter, segment
 from geohue.measures import identity_switches, variation_of_information
 from geohue.simulate.moving import ENTERING, HIDDEN, MOVING, MovingFrame
-from geohue.video.segmenter import contingency
+from geohue.video.past import contingency
 
 Labels = NDArray[np.int32]
 
@@ -192,6 +192,6 @@ def test_frames_that_cannot_be(film: list[MovingFrame]) -> None:
 
 
 def test_contingency_leaves_out_tracks_without_a_column() -> None:
-    parts, tracks = np.int32([[0, 0, 1]]), np.int32([[5, 9, 5]])
+    parts, tracks = np.array([[0, 0, 1]], np.int32), np.array([[5, 9, 5]], np.int32)
     assert contingency(parts, tracks, 2, {5: 0}).tolist() == [[1.0], [1.0]]
     assert contingency(parts, tracks, 2, {}).shape == (2, 0)

@@ -9,10 +9,10 @@ from geohue.merge.tree import MergeTree
 
 Labels = NDArray[np.int32]
 
-TOGETHER = 1.0
-"""Score, a logarithm of odds, up to which regions of one track are kept together: near 0 the noise
-of a frame would decide, and the segment would flicker. What was apart has no such benefit: the
-segments would become more and more."""
+TOGETHER, APART = 2.0, 0.25
+"""Scores, logarithms of odds, by which regions of one track are kept together and those of two
+tracks apart: near 0 the noise of a frame would decide, and the segment would flicker. With as much
+for apart as for together the segments would become more and more."""
 
 
 def held_level(
@@ -20,11 +20,12 @@ def held_level(
     shares: NDArray[np.float64],
     threshold: float = 0.0,
     together: float = TOGETHER,
+    apart: float = APART,
 ) -> Labels:
     """Return the segment of each finest region.
 
     As `MergeTree.at`, but two groups of regions that mostly belonged to one track are merged up to
-    a score `together` above the threshold.
+    a score `together` above the threshold, and those of two tracks only if it is `apart` below.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ def held_level(
         How much of each region lay on each track in the frame before.
     threshold : float
         As for `MergeTree.at`.
-    together : float
+    together, apart : float
         At least 0.
 
     Returns
@@ -49,6 +50,8 @@ def held_level(
     [0, 0, 1]
     >>> held_level(tree, np.ones((3, 1))).tolist()  # all were one
     [0, 0, 0]
+    >>> held_level(tree, np.eye(3)).tolist()  # all were apart
+    [0, 1, 2]
     """
     weight = shares.copy()
     known = weight.sum(axis=1) > 0
@@ -58,8 +61,8 @@ def held_level(
     taken: list[tuple[int, int]] = []
     for (one, other), height in zip(tree.merges.tolist(), tree.heights.tolist(), strict=True):
         limit = threshold
-        if known[one] and known[other] and mostly[one] == mostly[other]:
-            limit += together
+        if known[one] and known[other]:
+            limit += together if mostly[one] == mostly[other] else -apart
         whole[one] = whole[one] and whole[other] and height < limit
         if whole[one]:
             taken.append((one, other))

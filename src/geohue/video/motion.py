@@ -64,7 +64,8 @@ def reprojected(
         How far from this camera the points lie, NaN where none falls.
     """
     rows, columns = positions[:, 0] // size[1], positions[0] % size[1]
-    out, far = np.full(positions.shape, -1, np.int32), np.full(positions.shape, np.nan)
+    shape = len(rows), len(columns)
+    out, far = np.full(shape, -1, np.int32), np.full(shape, np.nan)
     flat, names = points.reshape(-1, 3), labels.reshape(-1)
     there = np.isfinite(flat[:, 2]) & (names >= 0)
     xyz, names = flat[there] @ way[:3, :3].T + way[:3, 3], names[there]
@@ -76,7 +77,7 @@ def reprojected(
     step_x = columns[1] - columns[0] if len(columns) > 1 else size[1]
     i = np.rint(np.clip((v - rows[0]) / step_y, -9, 2 * len(rows))).astype(np.int64)
     j = np.rint(np.clip((u - columns[0]) / step_x, -9, 2 * len(columns))).astype(np.int64)
-    inside = (i >= 0) & (j >= 0) & (i < out.shape[0]) & (j < out.shape[1])
+    inside = (i >= 0) & (j >= 0) & (i < shape[0]) & (j < shape[1])
     i, j, depth, names = i[inside], j[inside], xyz[inside, 2], names[inside]
     order = np.argsort(-depth, kind="stable")  # the nearest is written last
     out[i[order], j[order]], far[i[order], j[order]] = names[order], depth[order]

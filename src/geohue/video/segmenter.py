@@ -30,6 +30,7 @@ from geohue.video.held import held_level
 from geohue.video.keeper import DELAY, ModelKeeper, chosen_cut
 from geohue.video.model import CarriedModel
 from geohue.video.motion import agreeing, reprojected, resized
+from geohue.video.past import contingency, past_votes
 from geohue.video.tracks import MEMORY, Sighting, Track, Tracker, sightings
 from geohue.weight.quality import QualityMetric
 
@@ -313,7 +314,7 @@ class VideoSegmenter:
         """The segments of the draft, 0..K-1."""
         if not self._merges and maps:  # the paper's cut
             return np.asarray(relabel(maps[0])[0])
-        regions, tree = merge_draft(graph, features, maps)
+        regions, tree = merge_draft(graph, features, [*maps, *past_votes(before, len(maps))])
         names = {track: i for i, track in enumerate(self.tracker.tracks)}
         shares = contingency(regions, before, tree.n_regions, names)
         return held_level(tree, shares, self._threshold)[regions]
@@ -331,40 +332,6 @@ class VideoSegmenter:
         overlap = shared / np.maximum(sizes - shared, 1)
         self.seen = self.tracker.identify(found, overlap)
         return np.array([one.track for one in self.seen], np.int32)[segments]
-
-
-def contingency(
-    parts: Labels, tracks: Labels, n: int, names: dict[int, int]
-) -> NDArray[np.float64]:
-    """Count the pixels of each part on each track.
-
-    Parameters
-    ----------
-    parts : (h, w) int32
-        0..n-1.
-    tracks : (h, w) int32
-        Identities, -1 = none.
-    n : int
-        Number of parts.
-    names : dict
-        The column of each identity; others are left out.
-
-    Returns
-    -------
-    (n, T) float64
-
-    Examples
-    --------
-    >>> contingency(np.int32([[0, 1, 1]]), np.int32([[7, 7, -1]]), 2, {7: 0}).tolist()
-    [[1.0], [1.0]]
-    """
-    column = np.full(max([*names, int(tracks.max(initial=-1)), 0]) + 2, -1, np.int64)
-    for track, number in names.items():
-        column[track] = number
-    place = column[tracks.reshape(-1)]  # -1 is the last entry
-    known = place >= 0
-    cell = parts.reshape(-1)[known].astype(np.int64) * len(names) + place[known]
-    return np.bincount(cell, minlength=n * len(names)).reshape(n, len(names)).astype(np.float64)
 
 
 def _fit_of(
