@@ -80,6 +80,22 @@ def test_a_run_writes_all_and_goes_on(
     assert "no further frame" in capsys.readouterr().out
 
 
+def test_a_new_run_leaves_nothing_of_an_earlier_one_and_spares_other_files(
+    sequence: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    wish = ["video", str(sequence), "-o", str(out), "--preset", "fast"]
+    assert run([*wish, "--limit", "3"]) == 0
+    assert run([*wish, "--limit", "1", "--video", "none"]) == 0
+    assert [file.name for file in (out / "labels").iterdir()] == ["frame-000000.png"]
+    assert not (out / "overlay.webm").exists()
+    (out / "notes.txt").write_text("mine")
+    assert run([*wish, "--limit", "1"]) == 2
+    assert "notes.txt" in capsys.readouterr().err
+    assert run([*wish, "--limit", "1", "--overwrite"]) == 0
+    assert (out / "notes.txt").read_text() == "mine"
+
+
 def test_settings_may_not_change_on_the_way(
     sequence: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

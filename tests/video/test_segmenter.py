@@ -174,7 +174,7 @@ def test_numbers_of_missing_frames_count(film: list[MovingFrame]) -> None:
         ({"delay": 1.5}, "delay"),
         ({"preset": "slow"}, "preset"),
         ({"detail": "much"}, "detail"),
-        ({"preset": "paper", "detail": 1.0}, "levels"),
+        ({"preset": "paper", "detail": 1.0}, "no levels"),
     ],
 )
 def test_settings_that_cannot_be(change: dict[str, object], message: str) -> None:

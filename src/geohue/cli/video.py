@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from geohue.cli import options
 from geohue.cli.console import print_json, read_camera, read_detail, warn
 from geohue.errors import GeohueError
 
@@ -95,6 +96,7 @@ def video(
             rich_help_panel=_OUTPUT,
         ),
     ] = False,
+    overwrite: options.Overwrite = False,
     live: Annotated[
         bool,
         typer.Option(
@@ -136,7 +138,7 @@ def video(
     with VideoSegmenter(
         preset, detail=wanted, seed=seed, threads=threads, memory=memory, live=live
     ) as segmenter:
-        start, outputs = _begin(out, wishes, resume, frames, segmenter)
+        start, outputs = _begin(out, wishes, resume, overwrite, frames, segmenter)
         camera = _camera(sequence, frames, start, rate if live else None)
         from geohue.video.run import run_video
 
@@ -170,18 +172,17 @@ def _begin(
     out: Path | None,
     wishes: Wishes,
     resume: bool,
+    overwrite: bool,
     frames: list[Frame],
     segmenter: VideoSegmenter,
 ) -> tuple[int, Outputs | None]:
     """Prepare the folder; returns the number of the first frame to read."""
     if out is None:
         return 0, None
-    from geohue.results.atomic import check_folder
     from geohue.video.outputs import Outputs, go_on, read_earlier
 
-    check_folder(out)
     earlier = read_earlier(out, wishes.settings) if resume else None
-    outputs = Outputs(out, wishes, earlier)
+    outputs = Outputs(out, wishes, earlier, overwrite=overwrite)
     if earlier is None:
         return 0, outputs
     _replay(frames, earlier, outputs)

@@ -16,6 +16,7 @@ from geohue.datasets.frames import Frame
 from geohue.errors import GeohueError
 from geohue.read.files import broken, read_bytes, reason
 from geohue.read.images.pictures import read_written_labels
+from geohue.results.folder import Kind, check_result_folder, move_results
 from geohue.results.labels import write_labels
 from geohue.results.picture import overlay
 from geohue.video.encode import VideoWriter
@@ -26,6 +27,14 @@ from geohue.video.tables import TrackTable, write_json
 from geohue.video.tracks import Sighting
 
 Labels = NDArray[np.int32]
+
+VIDEO = Kind(
+    "video.json",
+    frozenset({"video.json", "tracks.json", "tracks.csv", "cloud.ply", "labels"})
+    | {"overlay.webm", "overlay.mp4"},
+    frozenset({"overlay.more.webm", "overlay.more.mp4"}),
+)
+"""What ``geohue video`` writes."""
 
 SAVE_EVERY = 100
 """Frames after which the tables are written, lest a killed run has none."""
@@ -65,15 +74,25 @@ class Outputs:
         Made if it is missing.
     wishes : Wishes
     earlier : Earlier, optional
-        What a run that is resumed had done.
+        What a run that is resumed had done; without it an earlier run's files are removed.
+    overwrite : bool
+        Whether to write into a folder that has other files than those of an earlier run.
 
     Raises
     ------
     GeohueError
-        If an encoder is missing or the folder cannot be written to.
+        If an encoder is missing, or the folder has other files or cannot be written to.
     """
 
-    def __init__(self, folder: Path, wishes: Wishes, earlier: Earlier | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        wishes: Wishes,
+        earlier: Earlier | None = None,
+        *,
+        overwrite: bool = False,
+    ) -> None:
+        check_result_folder(folder, VIDEO, overwrite=overwrite)
         self._folder, self._wishes = folder, wishes
         self._table = TrackTable() if earlier is None else earlier.table
         self._frames: list[str] = [] if earlier is None else list(earlier.frames)
@@ -94,6 +113,9 @@ class Outputs:
             copied = 0 if earlier is None else len(earlier.frames)
             self._video = VideoWriter(begun, wishes.rate, old, copied)
             self._begun = begun
+        if earlier is None:
+            move_results({}, folder, VIDEO)
+            self._save({"interrupted": True})  # from now on the folder is that of a run
 
     def add(self, shot: Shot, labels: Labels, seen: Sequence[Sighting]) -> None:
         """Write a frame."""

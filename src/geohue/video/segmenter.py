@@ -20,9 +20,9 @@ from geohue.merge.draft import merge_draft
 from geohue.merge.levels import Detail, threshold_of
 from geohue.regions.graph import PairGraph
 from geohue.scene import Scene
-from geohue.segmentation.choice import check_detail
+from geohue.segmentation.arguments import SegmentArguments
 from geohue.segmentation.result import Segmentation, StageClock
-from geohue.settings import PAPER_METHOD, Preset, preset_named
+from geohue.settings import PAPER_METHOD, Preset
 from geohue.settings.checks import is_whole
 from geohue.video.borders import carry_borders
 from geohue.video.change import CUT, Fit, Look, explained_votes
@@ -113,11 +113,10 @@ class VideoSegmenter:
         live: bool = False,
     ) -> None:
         self._name = preset if isinstance(preset, str) else "custom"
-        self._settings = preset_named(preset)
-        self._merges = self._settings.weight.rule == "merge"
-        check_detail(detail, "auto", self._merges)
+        arguments = SegmentArguments(preset=preset, seed=seed, detail=detail)
+        self._settings, self._merges = arguments.settings, arguments.merges
         self._detail, self._threshold = detail, threshold_of(detail)
-        for name, value in (("memory", memory), ("delay", delay), ("seed", seed)):
+        for name, value in (("memory", memory), ("delay", delay)):
             if not is_whole(value) or value < 0:
                 raise GeohueError(f"{name} is {value!r}: expected a whole number of at least 0")
         self._seed = seed
@@ -229,6 +228,8 @@ class VideoSegmenter:
             scene.warnings,
             None,
             self._detail if self._merges else None,
+            scene,
+            merged=self._merges,
         )
 
     def resume(
