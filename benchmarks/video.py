@@ -101,7 +101,7 @@ def panned(data: Path) -> Iterator[list[Moment]]:
         for i in range(12):
             y, x = 2 * i, 5 * i
             window = slice(y, y + height), slice(x, x + width)
-            depth = scene.depth[window]
+            depth = scene.depth[window].astype(np.float64)
             depth = depth + rng.normal(0, 0.0015, depth.shape) * depth**2
             noisy = scene.colors[window] + rng.normal(0, 2, (height, width, 3))
             colors = np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
