@@ -23,6 +23,8 @@ FEATURES = {
     "ros": ["tests/datasets"],
     "sklearn": ["tests/spectral", "docs/estimator.md"],
     "distributed": ["tests/jobs"],
+    "video": ["tests/video", "tests/cli/test_video.py"],
+    "realsense": ["tests/video"],
 }
 EXTRAS = sorted(set(PROJECT["optional-dependencies"]) - {"dev", "docs"})
 CORE = ["tests/cli/test_cli.py", "tests/segmentation", "tests/merge/test_segment.py", "README.md"]

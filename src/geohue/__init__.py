@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from geohue.segmentation.result import Segmentation
     from geohue.settings import PRESETS, Preset, register_preset
     from geohue.superpoint import superpoints
+    from geohue.video.segmenter import VideoSegmenter
 
 # Loaded on first use: `import geohue` stays as quick as `import numpy`.
 _HOMES = {
@@ -58,6 +59,7 @@ _HOMES = {
     "Segmentation": "geohue.segmentation.result",
     "as_scene": "geohue.interop",
     "labelled": "geohue.interop",
+    "VideoSegmenter": "geohue.video.segmenter",
     "register_cloud_format": "geohue.read.clouds.cloud",
     "register_cue": "geohue.features",
     "register_layout": "geohue.datasets",
@@ -86,6 +88,7 @@ __all__ = [
     "Preset",
     "Scene",
     "Segmentation",
+    "VideoSegmenter",
     "__version__",
     "as_scene",
     "baselines",

@@ -22,6 +22,7 @@ from geohue.cli.names import Command, Group, warnings_as_lines
 from geohue.cli.register import register
 from geohue.cli.segment import segment
 from geohue.cli.superpoints import superpoints
+from geohue.cli.video import video
 from geohue.cli.warm import warm
 from geohue.cli.words import of_options
 from geohue.compute.first_run import on_compile
@@ -35,7 +36,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 COMMANDS = (
-    *(segment, superpoints, batch, compare, register),
+    *(segment, superpoints, batch, video, compare, register),
     *(calibrate, evaluate, benchmark, info, warm),
 )
 for command in COMMANDS:

@@ -39,6 +39,7 @@ from geohue.measures.partition import (
     variation_of_information,
 )
 from geohue.measures.superpoints import superpoint_scores
+from geohue.measures.temporal import flicker, identity_switches, steadiness
 
 __all__ = [
     "ObjectProtocol",
@@ -50,12 +51,15 @@ __all__ = [
     "boundary_precision_recall_f",
     "contingency_table",
     "evaluate",
+    "flicker",
     "hierarchy_curve",
+    "identity_switches",
     "object_boundary_precision_recall_f",
     "object_precision_recall_f",
     "probabilistic_rand_index",
     "rand_index",
     "segmentation_covering",
+    "steadiness",
     "superpoint_scores",
     "undersegmentation_error",
     "variation_of_information",

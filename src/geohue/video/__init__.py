@@ -1,0 +1,1 @@
+"""RGB-D sequences: segments that keep their identity from frame to frame."""
