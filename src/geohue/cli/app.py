@@ -16,6 +16,7 @@ from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
 from geohue.cli.register import register
 from geohue.cli.segment import segment
+from geohue.cli.serve import serve
 from geohue.cli.warm import warm
 from geohue.compute.first_run import on_compile
 from geohue.errors import GeohueError
@@ -27,7 +28,18 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (segment, batch, compare, register, calibrate, evaluate, benchmark, info, warm):
+for command in (
+    segment,
+    batch,
+    compare,
+    register,
+    calibrate,
+    evaluate,
+    benchmark,
+    info,
+    warm,
+    serve,
+):
     app.command()(command)
 
 

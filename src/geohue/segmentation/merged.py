@@ -14,6 +14,7 @@ from geohue.merge.branching import find_branches
 from geohue.merge.carry import carry
 from geohue.merge.draft import cues_of, merge_draft, merge_limbs
 from geohue.merge.levels import Detail, threshold_of
+from geohue.merge.shares import BorderShares, border_shares
 from geohue.merge.tree import MergeTree
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene
@@ -60,28 +61,31 @@ def merge_scene(
             regions, tree = merge_draft(graph, features, maps, k or 1)
         else:
             regions, tree = limbs, merge_limbs(graph, features, limbs)
+        shares = border_shares(regions, maps, graph.one, graph.other) if maps else None
         chosen = _level(tree, k, detail)
         weight = math.inf if limbs is not None else _most_like(chosen[regions], weights, maps)
     with clock.stage("borders"):
         lab = prepared.raw.lab if prepared.scene.is_grid and cues != "geometry" else None
         here = prepared.positions, prepared.scene, prepared.workers
         full = carry(regions, chosen, *here, cues, lab)
-        full, tree = _shown(full, tree)
-    return Outcome(full, weight, [], k, _level(tree, k, detail), tree)
+        full, tree, shares = _shown(full, tree, shares)
+    return Outcome(full, weight, [], k, _level(tree, k, detail), tree, shares)
 
 
 def _level(tree: MergeTree, k: int | None, detail: Detail) -> Labels:
     return tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
 
 
-def _shown(regions: Labels, tree: MergeTree) -> tuple[Labels, MergeTree]:
+def _shown(
+    regions: Labels, tree: MergeTree, shares: BorderShares | None
+) -> tuple[Labels, MergeTree, BorderShares | None]:
     """Leave out regions without any point in the scene: in gaps, or lost to their neighbours."""
     kept = np.zeros(tree.n_regions, bool)
     kept[regions[regions >= 0]] = True
     if kept.all():
-        return regions, tree
+        return regions, tree, shares
     name = np.append(np.cumsum(kept, dtype=np.int32) - np.int32(1), np.int32(-1))
-    return name[regions], tree.among(kept)
+    return name[regions], tree.among(kept), None if shares is None else shares.among(kept)
 
 
 def placed(prepared: PreparedScene) -> PreparedScene:

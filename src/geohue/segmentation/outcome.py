@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.merge.levels import Levels
+from geohue.merge.shares import BorderShares
 from geohue.merge.tree import MergeTree
 from geohue.weight.search import Curve
 
@@ -32,6 +33,8 @@ class Outcome:
         The segment of each piece; None where the pieces are the segments.
     tree : MergeTree or None
         How the pieces merge.
+    shares : BorderShares or None
+        The votes along the borders of the pieces, where cuts voted.
     """
 
     regions: Labels
@@ -40,6 +43,7 @@ class Outcome:
     wanted: int | None
     segment_of: Labels | None = None
     tree: MergeTree | None = None
+    shares: BorderShares | None = None
 
     @property
     def labels(self) -> Labels:

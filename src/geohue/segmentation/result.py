@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from geohue._version import __version__
 from geohue.merge.levels import Detail, Levels
+from geohue.merge.shares import BorderShares
 from geohue.weight.search import Curve
 
 SUMMARY_DETAILS = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
@@ -52,6 +53,8 @@ class Segmentation:
         the paper's cut and the compared systems.
     detail : float, str or None
         How fine the level is that `labels` are; None without levels, and where `k` was given.
+    shares : BorderShares or None
+        The share of the votes along each border of `levels`' regions, where cuts voted.
     """
 
     labels: NDArray[np.int32]
@@ -67,6 +70,7 @@ class Segmentation:
     warnings: tuple[str, ...] = ()
     levels: Levels | None = None
     detail: Detail | None = None
+    shares: BorderShares | None = None
 
     @property
     def n_points(self) -> int:
