@@ -10,6 +10,8 @@ const PAINTS: Paint[] = ["segment", "color", "depth", "normals"];
 const PICK = 4;
 const NONE = 65535;
 const TABLE = 256; // side of the texture with a colour for each region
+const REACH = 2; // pixels around a pointer in which a point is looked for
+const MOST_PICKED = 300_000;
 const FEWEST = 20_000;
 const FRAME = 1000 / 60;
 const REST = 160; // milliseconds without a change, then all points are drawn
@@ -52,6 +54,13 @@ in vec3 shade;
 out vec4 pixel;
 void main() { pixel = vec4(shade, 1.0); }`;
 
+interface Seen {
+  key: number;
+  width: number;
+  height: number;
+  pixels: Uint8Array;
+}
+
 export class Cloud {
   readonly canvas = document.createElement("canvas");
   drawn = 0; // points of the last frame
@@ -62,6 +71,9 @@ export class Cloud {
   private readonly count: number;
   private budget: number;
   private paint: Paint = "segment";
+  private hidden: ReadonlySet<number> | null = null;
+  private version = 0;
+  private picture: Seen | null = null;
   private request = 0;
   private lastFrame = 0;
   private lastChange = 0;
@@ -87,6 +99,8 @@ export class Cloud {
   /** Colours each point anew: a small table changes, and no point. */
   show(paint: Paint, { now, safe, hovered, selected }: Look): void {
     this.paint = paint;
+    if (this.hidden !== now.hidden) this.version++;
+    this.hidden = now.hidden;
     for (let r = 0; r < this.regions; r++) {
       const s = now.segmentOf[r]!;
       const color = colorOf(s, safe);
@@ -104,28 +118,54 @@ export class Cloud {
 
   /** The region of the point at a place given in shares of width and height; -1 for none. */
   regionAt(x: number, y: number): number {
-    const gl = this.gl;
-    this.render(this.count, PICK);
-    const [px, py] = [Math.floor(x * this.canvas.width), Math.floor((1 - y) * this.canvas.height)];
-    const side = 5;
-    const found = new Uint8Array(4 * side * side);
-    gl.readPixels(px - 2, py - 2, side, side, gl.RGBA, gl.UNSIGNED_BYTE, found);
-    this.render(this.drawn || this.budget, PAINTS.indexOf(this.paint));
+    const seen = this.seen();
+    const [px, py] = [Math.floor(x * seen.width), Math.floor((1 - y) * seen.height)];
     let best = -1;
     let least = Infinity;
-    for (let i = 0; i < side * side; i++) {
-      const away = Math.hypot((i % side) - 2, Math.floor(i / side) - 2);
-      const region = found[4 * i]! + 256 * found[4 * i + 1]!;
-      // Blue tells a point from the background.
-      if (found[4 * i + 2] === 255 && found[4 * i + 3] === 255 && region !== NONE && away < least) {
-        [best, least] = [region, away];
+    for (let j = Math.max(py - REACH, 0); j <= Math.min(py + REACH, seen.height - 1); j++) {
+      for (let i = Math.max(px - REACH, 0); i <= Math.min(px + REACH, seen.width - 1); i++) {
+        const p = 4 * (j * seen.width + i);
+        const region = seen.pixels[p]! + 256 * seen.pixels[p + 1]!;
+        const away = Math.hypot(i - px, j - py);
+        // Blue tells a point from the background.
+        if (seen.pixels[p + 2] === 255 && region !== NONE && away < least) [best, least] = [region, away];
       }
     }
     return best;
   }
 
+  /** A small picture of the regions, drawn anew only when the view or what is hidden changes. */
+  private seen(): Seen {
+    if (this.picture?.key === this.version) return this.picture;
+    const gl = this.gl;
+    const width = Math.max(1, Math.round(this.canvas.clientWidth / 2));
+    const height = Math.max(1, Math.round(this.canvas.clientHeight / 2));
+    const [frame, color, depth] = [gl.createFramebuffer(), gl.createRenderbuffer(), gl.createRenderbuffer()];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    for (const [buffer, kind, place] of [
+      [color, gl.RGBA8, gl.COLOR_ATTACHMENT0],
+      [depth, gl.DEPTH_COMPONENT16, gl.DEPTH_ATTACHMENT],
+    ] as const) {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+      gl.renderbufferStorage(gl.RENDERBUFFER, kind, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
+    }
+    this.render(Math.min(this.count, MOST_PICKED), PICK, width, height);
+    const pixels = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.deleteFramebuffer(frame);
+    gl.deleteRenderbuffer(color);
+    gl.deleteRenderbuffer(depth);
+    this.picture = { key: this.version, width, height, pixels };
+    return this.picture;
+  }
+
   wake(at = performance.now()): void {
-    if (at) this.lastChange = at;
+    if (at) {
+      this.lastChange = at;
+      this.version++;
+    }
     if (!this.request) this.request = requestAnimationFrame((now) => this.frame(now));
   }
 
@@ -145,13 +185,12 @@ export class Cloud {
       const factor = since > 1.4 * FRAME ? 0.8 : since < 1.15 * FRAME ? 1.1 : 1;
       this.budget = Math.max(Math.min(FEWEST, this.count), Math.min(this.count, this.budget * factor));
     }
-    this.render(turning ? Math.floor(this.budget) : this.count, PAINTS.indexOf(this.paint));
-    this.drawn = turning ? Math.floor(this.budget) : this.count;
+    this.draw(turning ? Math.floor(this.budget) : this.count);
     if (turning) this.request = requestAnimationFrame((next) => this.frame(next));
   }
 
-  private render(count: number, paint: number): void {
-    const { gl, canvas } = this;
+  private draw(count: number): void {
+    const canvas = this.canvas;
     const scale = Math.min(devicePixelRatio, 1.5);
     const width = Math.max(1, Math.round(canvas.clientWidth * scale));
     const height = Math.max(1, Math.round(canvas.clientHeight * scale));
@@ -159,6 +198,12 @@ export class Cloud {
       canvas.width = width;
       canvas.height = height;
     }
+    this.render(count, PAINTS.indexOf(this.paint), width, height);
+    this.drawn = count;
+  }
+
+  private render(count: number, paint: number, width: number, height: number): void {
+    const gl = this.gl;
     gl.viewport(0, 0, width, height);
     gl.useProgram(this.program);
     gl.enable(gl.DEPTH_TEST);

@@ -14,6 +14,7 @@ const DEEPEST = 200;
 export class Edits {
   readonly number: Int32Array;
   now: Now;
+  private ranked: [Now, ReadonlyMap<number, number>] | null = null;
   private before: Now[] = [];
   private after: Now[] = [];
 
@@ -38,6 +39,14 @@ export class Edits {
     const size = new Map<number, number>();
     this.now.segmentOf.forEach((s, r) => size.set(s, (size.get(s) ?? 0) + this.tree.size[r]!));
     return [...size].filter(([, n]) => n > 0).sort((a, b) => b[1] - a[1] || a[0] - b[0]);
+  }
+
+  /** The rank of each segment by size: its number in what is taken home. */
+  get ranks(): ReadonlyMap<number, number> {
+    if (this.ranked?.[0] !== this.now) {
+      this.ranked = [this.now, new Map(this.segments.map(([s], i) => [s, i]))];
+    }
+    return this.ranked[1];
   }
 
   members(segment: number): number[] {
@@ -110,7 +119,7 @@ export class Edits {
 
   /** The segment of each region as a rank by size, and names by rank: what exports are told. */
   corrections(): { segment_of: number[]; names: Record<string, string> } {
-    const rank = new Map(this.segments.map(([s], i) => [s, i]));
+    const rank = this.ranks;
     const names: Record<string, string> = {};
     for (const [s, name] of this.now.names) {
       const place = rank.get(s);

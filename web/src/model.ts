@@ -78,6 +78,7 @@ export class Model {
   }
 
   nameOf(segment: number): string {
-    return this.edits.now.names.get(segment) ?? `segment ${segment + 1}`;
+    const rank = this.edits.ranks.get(segment) ?? 0;
+    return this.edits.now.names.get(segment) ?? `segment ${rank + 1}`;
   }
 }

@@ -2,15 +2,16 @@
 
 export type Matrix = Float32Array;
 
+const [YAW, PITCH, DISTANCE] = [0.25, 0.2, 1.8]; // at first
 const LEAST = 0.02;
 const MOST = 40;
 const VIEW = 0.9; // vertical angle, radians
 const STEP = 0.12; // of a key, radians
 
 export class Orbit {
-  yaw = 0.35;
-  pitch = 0.25;
-  distance = 2.6;
+  yaw = YAW;
+  pitch = PITCH;
+  distance = DISTANCE;
   target: [number, number, number] = [0, 0, 0];
   private readonly pointers = new Map<number, PointerEvent>();
   private readonly listeners: (() => void)[] = [];
@@ -66,9 +67,9 @@ export class Orbit {
   }
 
   reset(): void {
-    this.yaw = 0.35;
-    this.pitch = 0.25;
-    this.distance = 2.6;
+    this.yaw = YAW;
+    this.pitch = PITCH;
+    this.distance = DISTANCE;
     this.target = [0, 0, 0];
     this.changed();
   }

@@ -6,6 +6,7 @@ import type { Now } from "./edits";
 import type { Model } from "./model";
 import { mergesAt } from "./tree";
 
+const STEP = 0.02; // of the slider
 const WIDEST = 8; // degrees of detail at the ends of the slider
 
 export class Tuning {
@@ -32,8 +33,9 @@ export class Tuning {
     show("nolevels", !model.hasLevels);
     if (model.hasLevels) {
       const slider = input("detail");
-      slider.min = String(Math.max(-WIDEST, -(heights.at(-1)! + 0.1)));
-      slider.max = String(Math.min(WIDEST, -heights[0]! + 0.1));
+      // In whole steps, so that 0 is one of them.
+      slider.min = (Math.floor(Math.max(-WIDEST, -(heights.at(-1)! + 0.1)) / STEP) * STEP).toFixed(2);
+      slider.max = (Math.ceil(Math.min(WIDEST, -heights[0]! + 0.1) / STEP) * STEP).toFixed(2);
       if (!this.before) slider.value = String(this.detailOf(model));
       this.count(model);
     }
