@@ -236,9 +236,7 @@ def test_the_name_of_a_file_does_not_say_where_it_goes(client: Client, frame: Pa
     data = (frame / "color.png").read_bytes()
     for name in ("../../../tmp/evil.png", "/etc/evil.png", "C:\\evil.png", "a\x00b.png"):
         sent = {"color": (name, data)}
-        answer = client.http.post(
-            "/api/jobs", data={"settings": '{"cues": "color"}'}, files=sent
-        )
+        answer = client.http.post("/api/jobs", data={"settings": '{"cues": "color"}'}, files=sent)
         assert answer.status_code == 202, answer.text
         client.http.delete(f"/api/jobs/{answer.json()['id']}")
     assert client.http.post("/api/jobs", files={"color": ("evil.py", data)}).status_code == 422
