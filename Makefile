@@ -5,7 +5,7 @@ VENV ?= .venv
 LOCKED ?=
 PIP = $(VENV)/bin/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: demo test lint types check clean
+.PHONY: demo test lint types check web clean
 
 demo: $(VENV)/.installed  ## Segment the built-in motorcycle scene, as by default and as the paper
 	$(VENV)/bin/geohue segment --sample motorcycle -o out/motorcycle/best
@@ -27,6 +27,12 @@ types: $(VENV)/.installed-dev
 
 check: lint types test
 
+web: web/node_modules/.package-lock.json  ## Build the page of `geohue serve` from web/
+	npm --prefix web run --silent build
+
+web/node_modules/.package-lock.json: web/package.json web/package-lock.json
+	npm --prefix web ci --silent
+
 clean:
 	rm -rf $(VENV) out build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 
@@ -40,7 +46,7 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/.installed-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(if $(LOCKED),$(PIP) install --require-hashes -r constraints.txt)
-	$(PIP) install $(if $(LOCKED),--no-deps) -e '.[dev,clouds,datasets,ros]'
+	$(PIP) install $(if $(LOCKED),--no-deps) -e '.[dev,clouds,datasets,ros,web]'
 	@touch $@ $(VENV)/.installed
 
 constraints.txt:  # make -B constraints.txt: the newest versions that pass together

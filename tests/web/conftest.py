@@ -104,7 +104,7 @@ def cloud(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ball = rng.normal(size=(1500, 3))
     ball /= np.linalg.norm(ball, axis=1, keepdims=True)
     points = np.concatenate([ball, ball + np.array([4, 0, 0])])
-    colors = np.repeat(np.uint8([[200, 40, 40], [40, 60, 200]]), 1500, axis=0)
+    colors = np.repeat(np.array([[200, 40, 40], [40, 60, 200]], np.uint8), 1500, axis=0)
     file = tmp_path_factory.mktemp("cloud") / "balls.ply"
     write_ply(file, points, colors, np.zeros(3000, np.int32))
     return file

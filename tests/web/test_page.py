@@ -68,7 +68,7 @@ def _same_parts(one: NDArray[np.int32], other: NDArray[np.int32]) -> bool:
 def _pixels(page: Page) -> bytes:
     """The 3-D view once it is at rest."""
     page.wait_for_timeout(250)
-    return page.screenshot(clip=page.locator("#panes").bounding_box())  # type: ignore[arg-type]
+    return page.screenshot(clip=page.locator("#panes").bounding_box())
 
 
 @pytest.fixture
@@ -159,6 +159,7 @@ def test_a_cloud_turns_and_is_colored_in_four_ways(
     page.mouse.wheel(0, 200)
     seen.add(_pixels(page))
     assert len(seen) == 8
+    page.wait_for_function("e => e.dataset.drawn === '3000'", arg=view.element_handle())
     _slide(page, "#detail", 0)
     assert read_cloud(_taken(page, "ply", tmp_path)).points.shape == (3000, 3)
 

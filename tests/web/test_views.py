@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -31,7 +33,7 @@ def small() -> Scene:
 
 
 def test_regions_by_hand(small: Scene) -> None:
-    facts = describe_regions(small, np.int32([[0, 0, 1, 1], [0, 0, 1, -1]]), 3)
+    facts = describe_regions(small, np.array([[0, 0, 1, 1], [0, 0, 1, -1]], np.int32), 3)
     assert facts["size"] == [4, 3, 0]
     assert facts["color"] == [[200, 0, 0], [0, 0, 100], [0, 0, 0]]
     assert facts["low"] == [[0, 0, 1], [4, 0, 2], None]
@@ -39,8 +41,12 @@ def test_regions_by_hand(small: Scene) -> None:
 
 
 def test_borders_by_hand(small: Scene) -> None:
-    regions = np.int32([[0, 0, 1, 1], [0, 0, 1, -1]])
-    shares = border_shares(np.int32([0, 1]), [np.int32([0, 1]), np.int32([0, 0])], *_one_pair())
+    regions = np.array([[0, 0, 1, 1], [0, 0, 1, -1]], np.int32)
+    shares = border_shares(
+        np.array([0, 1], np.int32),
+        [np.array([0, 1], np.int32), np.array([0, 0], np.int32)],
+        *_one_pair(),
+    )
     seg = _segmentation(regions)
     object.__setattr__(seg, "shares", shares)
     found = describe_borders(small, seg, regions)
@@ -52,7 +58,7 @@ def _one_pair() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _segmentation(labels: np.ndarray, levels: Levels | None = None, **more: object) -> Segmentation:
-    plain = (1.0, None, [], "nncsc", "best", "fusion", 0, {"total": 0.0}, (), levels)
+    plain: Any = (1.0, None, [], "nncsc", "best", "fusion", 0, {"total": 0.0}, (), levels)
     return Segmentation(labels, int(labels.max()) + 1, *plain, **more)  # type: ignore[arg-type]
 
 
@@ -92,7 +98,7 @@ def test_the_start_is_the_level_that_was_asked_for(n: int, seed: int) -> None:
 
 @pytest.mark.parametrize("most", [4, 100])
 def test_points_are_packed_in_one_piece(small: Scene, most: int) -> None:
-    regions = np.int32([[0, 0, 1, 1], [0, 0, 1, -1]])
+    regions = np.array([[0, 0, 1, 1], [0, 0, 1, -1]], np.int32)
     data, n = pack_points(small, regions, most)
     assert n == min(7, most)
     assert len(data) == 22 * n
@@ -109,7 +115,7 @@ def test_points_are_packed_in_one_piece(small: Scene, most: int) -> None:
 
 
 def test_a_report_has_the_names_and_no_script(small: Scene) -> None:
-    seg = _segmentation(np.int32([[0, 0, 1, 1], [0, 0, 1, -1]]))
+    seg = _segmentation(np.array([[0, 0, 1, 1], [0, 0, 1, -1]], np.int32))
     text = report(taken(small, seg, None, {"1": "<script>"}))
     assert "&lt;script&gt;" in text
     assert "<script" not in text

@@ -14,6 +14,7 @@ const REACH = 2; // pixels around a pointer in which a point is looked for
 const MOST_PICKED = 300_000;
 const FEWEST = 20_000;
 const FRAME = 1000 / 60;
+const PATIENCE = 20; // frames in time before more points are tried
 const REST = 160; // milliseconds without a change, then all points are drawn
 
 const VERTEX = `#version 300 es
@@ -63,13 +64,13 @@ interface Seen {
 
 export class Cloud {
   readonly canvas = document.createElement("canvas");
-  drawn = 0; // points of the last frame
   private readonly gl: WebGL2RenderingContext;
   private readonly program: WebGLProgram;
   private readonly table: WebGLTexture;
   private readonly colors = new Uint8Array(4 * TABLE * TABLE);
   private readonly count: number;
   private budget: number;
+  private inTime = 0; // frames since the last late one
   private paint: Paint = "segment";
   private hidden: ReadonlySet<number> | null = null;
   private version = 0;
@@ -88,7 +89,7 @@ export class Cloud {
     this.gl = gl;
     this.program = this.compile();
     this.count = points.byteLength / 22;
-    this.budget = Math.min(this.count, 150_000);
+    this.budget = Math.min(this.count, 100_000);
     this.table = gl.createTexture();
     this.fill(points);
     this.orbit.onChange(() => this.wake());
@@ -181,8 +182,10 @@ export class Cloud {
     const since = now - this.lastFrame;
     this.lastFrame = now;
     if (turning && since < 250) {
-      // Fewer points while frames come late, more while they come in time.
-      const factor = since > 1.4 * FRAME ? 0.8 : since < 1.15 * FRAME ? 1.1 : 1;
+      // Fewer points as soon as a frame comes late, slowly more while all come in time.
+      const late = since > 1.4 * FRAME;
+      this.inTime = late ? 0 : this.inTime + 1;
+      const factor = late ? 0.8 : this.inTime > PATIENCE ? 1.02 : 1;
       this.budget = Math.max(Math.min(FEWEST, this.count), Math.min(this.count, this.budget * factor));
     }
     this.draw(turning ? Math.floor(this.budget) : this.count);
@@ -199,7 +202,7 @@ export class Cloud {
       canvas.height = height;
     }
     this.render(count, PAINTS.indexOf(this.paint), width, height);
-    this.drawn = count;
+    canvas.dataset["drawn"] = String(count);
   }
 
   private render(count: number, paint: number, width: number, height: number): void {

@@ -64,10 +64,6 @@ export class Pane {
     return this.model.flat?.regionAt(u, v) ?? -1;
   }
 
-  get pointsDrawn(): number {
-    return this.cloud?.drawn ?? 0;
-  }
-
   destroy(): void {
     this.cloud?.destroy();
     this.element.remove();

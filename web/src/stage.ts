@@ -88,14 +88,6 @@ export class Stage {
     the("panes").dataset["ms"] = spent.toFixed(1);
   }
 
-  get pointsDrawn(): number {
-    return this.panes[0]?.pointsDrawn ?? 0;
-  }
-
-  get camera(): Orbit {
-    return this.orbit;
-  }
-
   private look(model: Model, i: number): Look {
     const none = new Set<number>();
     const [hovered, selected] = i ? [-1, none] : [this.hovered, this.selected];
