@@ -135,7 +135,7 @@ def open_page(browser: Browser, address: str) -> Iterator[OpenPage]:
     asked: list[str] = []
     errors: list[str] = []
 
-    def opened(**options: Any) -> Page:
+    def opened(query: str = "", **options: Any) -> Page:
         context = browser.new_context(viewport={"width": 1100, "height": 750}, **options)
         contexts.append(context)
         page = context.new_page()
@@ -143,7 +143,7 @@ def open_page(browser: Browser, address: str) -> Iterator[OpenPage]:
         page.on("request", lambda request: asked.append(request.url))
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("console", lambda m: errors.append(m.text) if "Security Policy" in m.text else None)
-        page.goto(address)
+        page.goto(f"{address}/{query}")
         page.wait_for_selector("html[data-ready]")
         return page
 

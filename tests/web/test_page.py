@@ -131,10 +131,11 @@ def test_a_stereo_pair_is_matched(open_page: OpenPage, pair: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize("painter", ["plain", "gl"])
 def test_a_cloud_turns_and_is_colored_in_four_ways(
-    open_page: OpenPage, cloud: Path, tmp_path: Path
+    open_page: OpenPage, cloud: Path, tmp_path: Path, painter: str
 ) -> None:
-    page = open_page()
+    page = open_page(f"?draw={painter}")
     page.set_input_files("#files", cloud)
     assert "2 segments" in _result(page)
     assert _modes(page) == ["3-D"]
@@ -145,6 +146,7 @@ def test_a_cloud_turns_and_is_colored_in_four_ways(
         seen.add(_pixels(page))
     page.select_option("#paint", "segment")
     view = page.locator(".pane canvas:not(.flat)")
+    assert view.get_attribute("data-painter") == painter
     view.focus()
     for key in ("ArrowLeft", "Shift+ArrowUp", "+"):
         page.keyboard.press(key)
@@ -164,8 +166,9 @@ def test_a_cloud_turns_and_is_colored_in_four_ways(
     assert read_cloud(_taken(page, "ply", tmp_path)).points.shape == (3000, 3)
 
 
-def test_points_are_picked_in_the_3d_view(open_page: OpenPage, cloud: Path) -> None:
-    page = open_page()
+@pytest.mark.parametrize("painter", ["plain", "gl"])
+def test_points_are_picked_in_the_3d_view(open_page: OpenPage, cloud: Path, painter: str) -> None:
+    page = open_page(f"?draw={painter}")
     page.set_input_files("#files", cloud)
     _result(page)
     page.wait_for_timeout(300)

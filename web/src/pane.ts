@@ -1,9 +1,10 @@
 // One result on the screen: its pictures and its cloud.
 
-import { Cloud, type Paint } from "./cloud";
+import { Cloud } from "./cloud";
 import type { FlatMode, Look } from "./flat";
 import type { Model } from "./model";
 import type { Orbit } from "./orbit";
+import type { Paint } from "./painter";
 
 export type Mode = FlatMode | "3d";
 

@@ -1,6 +1,6 @@
 // The area where results are seen: one, or two with a divider between them.
 
-import type { Paint } from "./cloud";
+import type { Paint } from "./painter";
 import { input, select, show, the } from "./dom";
 import type { Look } from "./flat";
 import type { Model } from "./model";
