@@ -150,5 +150,5 @@ def open_page(browser: Browser, address: str) -> Iterator[OpenPage]:
     yield opened
     for context in contexts:
         context.close()
-    assert [url for url in asked if not url.startswith((f"{address}/", "blob:"))] == []
+    assert [url for url in asked if not url.startswith((f"{address}/", "blob:", "about:"))] == []
     assert errors == []

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -45,3 +48,17 @@ def test_the_options_of_the_docs_are_those_of_the_command() -> None:
     text = CliRunner().invoke(app, ["serve", "--help"], env={"COLUMNS": "200"}).output
     for option in re.findall(r"`(--[a-z-]+)", DOCS):
         assert option in text, option
+
+
+def test_without_the_extra_the_message_says_how_to_get_it() -> None:
+    code = (
+        "import sys; sys.modules['starlette'] = sys.modules['uvicorn'] = None;"
+        "from geohue.cli import main; main(['serve', '--port', '0', '--no-open'])"
+    )
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    ended = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 2
+    assert 'pip install "geohue[web]"' in ended.stderr
+    assert "Traceback" not in ended.stderr

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from geohue import Scene
 from geohue.read.clouds.cloud import read_cloud
 from geohue.read.images.pictures import read_labels
 from geohue.results.png import write_png
+from web.client import Client
 from web.conftest import OpenPage
 
 pytest.importorskip("playwright.sync_api")
@@ -304,6 +306,19 @@ def test_two_tabs_do_not_mix(open_page: OpenPage, frame: Path, cloud: Path) -> N
     assert "pixels" in other.inner_text("#selection")
     assert "points" not in other.inner_text("#selection")
     assert "Click a segment" in one.inner_text("#selection")
+
+
+def test_the_files_go_with_the_page(open_page: OpenPage, frame: Path, client: Client) -> None:
+    page = open_page()
+    with page.expect_response(lambda r: r.url.endswith("/result")) as asked:
+        page.set_input_files("#files", frame / "color.png")
+    _result(page)
+    assert client.http.get(asked.value.url).status_code == 200
+    page.goto("about:blank")
+    latest = monotonic() + 10
+    while client.http.get(asked.value.url).status_code != 404:
+        assert monotonic() < latest
+        sleep(0.05)
 
 
 def test_two_settings_are_seen_beside_each_other(framed: Page) -> None:

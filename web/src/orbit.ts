@@ -2,7 +2,7 @@
 
 export type Matrix = Float32Array;
 
-const [YAW, PITCH, DISTANCE] = [0.25, 0.2, 1.8]; // at first
+const [YAW, PITCH, DISTANCE] = [0.2, 0.2, 1.4]; // at first
 const LEAST = 0.02;
 const MOST = 40;
 const VIEW = 0.9; // vertical angle, radians

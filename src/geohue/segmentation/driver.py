@@ -148,7 +148,7 @@ def segment(
         tuple(notes),
         found.levels,
         detail if merges and k == "auto" else None,
-        found.shares,
+        shares=found.shares,
     )
 
 

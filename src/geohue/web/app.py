@@ -19,8 +19,9 @@ from starlette.routing import BaseRoute, Route
 
 from geohue.errors import GeohueError
 from geohue.web.crew import Crew
+from geohue.web.door import Door
 from geohue.web.exporting import export_file
-from geohue.web.guard import Door, Guard, refuse
+from geohue.web.guard import Guard, refuse
 from geohue.web.limits import Limits
 from geohue.web.openapi import about, document
 from geohue.web.store import Job, Store

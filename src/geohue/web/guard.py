@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Mapping
-from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
 from secrets import compare_digest
 from urllib.parse import parse_qs, urlencode
@@ -12,6 +10,8 @@ from urllib.parse import parse_qs, urlencode
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from geohue.web.door import Door
 
 COOKIE = "geohue-token"
 
@@ -29,38 +29,6 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 """What every answer says: nothing inline, nothing from elsewhere, in no frame, kept nowhere."""
-
-
-@dataclass(frozen=True, slots=True)
-class Door:
-    """Who is let in.
-
-    Attributes
-    ----------
-    hosts : frozenset of str
-        Names without a port that a request may be addressed to. A page elsewhere that has its own
-        name resolved to this machine (DNS rebinding) is addressed to another one.
-    any_address : bool
-        Whether it may also be addressed to any numeric address: no name was resolved then.
-    token : str
-        What has to be known; empty where only this machine can ask.
-    """
-
-    hosts: frozenset[str]
-    any_address: bool = False
-    token: str = ""
-
-    def knows(self, host: str) -> bool:
-        """Whether a request may be addressed to this ``Host``.
-
-        Examples
-        --------
-        >>> door = Door(frozenset({"127.0.0.1", "localhost"}))
-        >>> door.knows("localhost:8484"), door.knows("evil.example:8484"), door.knows("")
-        (True, False, False)
-        """
-        name = _without_port(host).lower()
-        return name in self.hosts or (self.any_address and _is_address(name))
 
 
 class Guard:
@@ -133,17 +101,3 @@ def _cookie(headers: Headers) -> str:
     except CookieError:
         return ""
     return morsel.value if morsel is not None else ""
-
-
-def _without_port(host: str) -> str:
-    if host.startswith("["):
-        return host[1:].split("]")[0]
-    return host.rsplit(":", 1)[0] if host.count(":") == 1 else host
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True

@@ -12,7 +12,7 @@ from geohue.settings import PRESETS
 from geohue.web.exports import FORMATS
 from geohue.web.intake import ENDINGS, ROLES
 from geohue.web.limits import Limits
-from geohue.web.wishes import CUES, WEIGHT_RULES
+from geohue.web.wishes import CUES, RULES
 
 _DETAIL_WORDS = ("coarse", "auto", "fine")
 _KINDS = ("view", "color", "regions", "depth", "points")
@@ -205,7 +205,7 @@ def _schemas() -> dict[str, Any]:
     settings = {
         "preset": {"enum": list(PRESETS)},
         "k": {"anyOf": [{"const": "auto"}, {"type": "integer", "minimum": 1, "maximum": 255}]},
-        "weight": {"anyOf": [{"enum": list(WEIGHT_RULES)}, number | {"minimum": 0}]},
+        "weight": {"anyOf": [{"enum": list(RULES)}, number | {"minimum": 0}]},
         "detail": {"anyOf": [{"enum": list(_DETAIL_WORDS)}, number]},
         "cues": {"enum": list(CUES)},
         "method": {"enum": list(METHODS)},

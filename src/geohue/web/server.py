@@ -8,7 +8,7 @@ from collections.abc import Callable
 from secrets import token_urlsafe
 
 from geohue.errors import GeohueError
-from geohue.web.guard import Door
+from geohue.web.door import Door
 from geohue.web.limits import Limits
 
 LOOPBACK = "127.0.0.1"

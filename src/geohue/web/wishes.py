@@ -11,9 +11,10 @@ from typing import Any
 from geohue.errors import GeohueError
 from geohue.merge.levels import DETAILS
 from geohue.settings import PAPER_METHOD, PRESETS
+from geohue.settings.weight import WEIGHT_RULES
 
 CUES = ("fusion", "color", "geometry")
-WEIGHT_RULES = ("auto", "quality", "agreement", "consensus")
+RULES = ("auto", *WEIGHT_RULES)
 
 _NUMBERS = re.compile(r"[-+.,;\s\deE]{1,200}")
 _UNIT = re.compile(r"[\w.+/-]{1,30}")
@@ -109,9 +110,9 @@ def _count(name: str, value: object) -> object:
 
 
 def _weight(name: str, value: object) -> object:
-    if value in WEIGHT_RULES or (_number(value) and 0 <= value <= 1e9):  # type: ignore[operator]
+    if value in RULES or (_number(value) and 0 <= value <= 1e9):  # type: ignore[operator]
         return value
-    raise _refused(name, value, f"{', '.join(WEIGHT_RULES)}, or a number from 0 to 1e9")
+    raise _refused(name, value, f"{', '.join(RULES)}, or a number from 0 to 1e9")
 
 
 def _detail(name: str, value: object) -> object:

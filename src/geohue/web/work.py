@@ -103,6 +103,8 @@ def run_task(task: Mapping[str, Any], limits: Limits, tell: Tell) -> None:
     notes = tuple(without_paths(note, folder) for note in scene.warnings)
     scene = replace(scene, warnings=notes)
     _keep(folder / SCENE, scene)
+    for name in task["files"].values():  # read, and large
+        (folder / name).unlink()
     merges = wishes.preset != "paper" and wishes.weight == "auto" and wishes.method == PAPER_METHOD
     stages = _MERGED if merges else _CUT
 
