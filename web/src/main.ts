@@ -131,6 +131,7 @@ class Page {
     this.cuts.clear();
     if (model.summary.weight !== null) this.cuts.set(model.summary.weight, model);
     this.show([model]);
+    document.querySelector("aside")!.scrollTop = 0;
     for (const id of old) this.forget(id);
   }
 
