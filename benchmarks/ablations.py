@@ -23,7 +23,8 @@ from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.segmentation.driver import segment
 from geohue.settings import PRESETS
 from geohue.simulate import WORLDS, scene
-from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
+from geohue.studies.benchmark.frames import find_frames, load_frame
+from geohue.studies.items import Item
 
 PAPER = PRESETS["paper"]
 SEEDS = 10
@@ -57,7 +58,7 @@ def cases() -> Iterator[tuple[Key, dict[str, Any], Weight, int]]:
         yield ("seed, weight by Q", str(seed)), {}, "auto", seed
 
 
-def measure(frame: Frame, crop: Crop | None, k: int) -> dict[Key, tuple[float, float, float]]:
+def measure(frame: Item, crop: Crop | None, k: int) -> dict[Key, tuple[float, float, float]]:
     """Return VoI, Rand index and number of regions of one frame for every case."""
     loaded, truth = load_frame(frame, crop)
     found = {}

@@ -20,9 +20,11 @@ from statistics import median
 from time import perf_counter, process_time
 from typing import Any
 
-from geohue.jobs.pool import one_thread, run_jobs
+from geohue.jobs.outcome import one_thread
+from geohue.jobs.pool import run_jobs
 from geohue.results.outputs import write_results
-from geohue.studies.batch import Settings, find_items
+from geohue.segmentation.driver import segment
+from geohue.studies.batch import find_items
 
 DATA = Path(os.environ.get("GEOHUE_DATA", Path(__file__).parents[2] / "shared" / "data"))
 PRESETS = ("best", "fast", "paper")
@@ -46,7 +48,7 @@ def frame_costs(frames: int, runs: int) -> dict[str, list[float]]:
                     scene = item.read()
                 for preset in PRESETS:
                     with timed(f"segment, {preset}"):
-                        seg = Settings(preset=preset).segment(scene)
+                        seg = segment(scene, preset=preset, threads=1)
                     for name, lean in (("write all", False), ("write labels (--lean)", True)):
                         with timed(f"{name}, {preset}"):
                             files = write_results(Path(out), scene, seg, lean=lean)
@@ -79,6 +81,7 @@ def jobs_a_second(count: int, rounds: int = 3) -> dict[str, list[float]]:
     return found
 
 
+@one_thread()
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -86,7 +89,6 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--jobs", type=int, default=2000)
     options = parser.parse_args()
-    one_thread()
     print("| a frame of 640 x 480 | median | range |\n| --- | ---: | ---: |")
     for name, values in frame_costs(options.frames, options.runs).items():
         unit = "" if name.endswith("MB") else " s"

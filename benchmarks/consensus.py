@@ -25,7 +25,8 @@ from geohue.prepared import prepare_scene
 from geohue.settings import PRESETS
 from geohue.settings.consensus import FINER_BALANCES
 from geohue.settings.weight import COARSE
-from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
+from geohue.studies.benchmark.frames import find_frames, load_frame
+from geohue.studies.items import Item
 
 PAPER = PRESETS["paper"]
 MOST = 14
@@ -48,7 +49,7 @@ CASES: dict[str, dict[str, Any]] = {
 }
 
 
-def measure(frame: Frame, crop: Crop | None) -> dict[str, tuple[float, float, float]]:
+def measure(frame: Item, crop: Crop | None) -> dict[str, tuple[float, float, float]]:
     """Return VoI, Rand index and number of segments of one frame for every case."""
     scene, truth = load_frame(frame, crop)
     prepared = prepare_scene(scene, PAPER)

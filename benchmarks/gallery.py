@@ -31,12 +31,13 @@ from geohue.results.atomic import atomic_write
 from geohue.results.borders import paint_borders
 from geohue.results.picture import overlay
 from geohue.scene import Scene
-from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
+from geohue.studies.benchmark.frames import find_frames, load_frame
 from geohue.studies.compare import Comparison, Result, compare, draw_plate
-from geohue.studies.compare.cells import ROWS
+from geohue.studies.compare.cells import all_rows
 from geohue.studies.compare.files import write_comparison
 from geohue.studies.compare.match import match_labels
 from geohue.studies.compare.views import Image, scaled
+from geohue.studies.items import Item
 
 Truth = NDArray[np.int32] | None
 
@@ -84,7 +85,7 @@ def _middlebury(folder: Path) -> Callable[[], tuple[Scene, Truth]]:
     return load
 
 
-def _frame(frame: Frame) -> Callable[[], tuple[Scene, Truth]]:
+def _frame(frame: Item) -> Callable[[], tuple[Scene, Truth]]:
     return lambda: load_frame(frame)
 
 
@@ -187,7 +188,7 @@ def main() -> None:
     parser.add_argument("--scenes", help="names with commas between; by default all")
     parser.add_argument("--frames", type=int, default=3, help="of each folder of frames")
     parser.add_argument("-k", type=int, help="in place of each scene's own K")
-    parser.add_argument("--methods", default=",".join(ROWS))
+    parser.add_argument("--methods", default=",".join(all_rows()))
     parser.add_argument("--processes", type=int, default=2)
     given = parser.parse_args()
     if given.docs is not None:

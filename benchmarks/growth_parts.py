@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from geohue.compute.parallel import Workers
 from geohue.features import Raw
-from geohue.jobs.pool import one_thread
+from geohue.jobs.outcome import one_thread
 from geohue.large.moments import Moments
 from geohue.large.passes import BLOCK
 from geohue.large.vectors import Standard, raw_values
@@ -40,12 +40,12 @@ def timed(name: str, function: Callable[[], Result]) -> Result:
     return result
 
 
+@one_thread()
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("cloud", type=Path)
     chunks = open_chunks(parser.parse_args().cloud)
-    one_thread()
     start = chunks.n_points // 2 // BLOCK * BLOCK
     print("| step | us / point |\n| --- | ---: |")
     xyz, rgb = timed("read", lambda: chunks.read(start, start + BLOCK))

@@ -24,7 +24,8 @@ from geohue.merge.limbs import Limbs, find_limbs
 from geohue.read.clouds.cloud import read_cloud
 from geohue.scene import Scene
 from geohue.simulate.branching import BRANCHING, COMPACT, branching_cloud
-from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
+from geohue.studies.benchmark.frames import find_frames, load_frame
+from geohue.studies.items import Item
 
 MEASURED = ("maize", "tree", "cables", "animal")
 """Simulated clouds whose limbs are scored."""
@@ -58,7 +59,7 @@ def cloud_scene(path: Path) -> Scene:
     return cloud(path)[0]
 
 
-def frame_cloud(frame: Frame) -> Scene:
+def frame_cloud(frame: Item) -> Scene:
     """Turn a frame into a cloud."""
     scene = load_frame(frame)[0]
     valid = scene.valid

@@ -26,10 +26,10 @@ from scipy.linalg.blas import sgemm, ssyrk
 
 from geohue.compute.compiled import vectorized
 from geohue.compute.parallel import BLOCK, Workers, cores, workers
+from geohue.jobs.machine import describe_machine
 from geohue.ncut.kernel import Kernel
 from geohue.ncut.loops import SMALLEST, exp2
 from geohue.settings import PRESETS
-from geohue.studies.machine import describe_machine
 
 K, DIMENSIONS = 5, 6
 FLOATS = 16_384

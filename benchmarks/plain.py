@@ -30,7 +30,8 @@ from geohue.measures.partition import information_of
 from geohue.ncut import nystrom
 from geohue.ncut.affinity import affinity
 from geohue.segmentation.result import Segmentation
-from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
+from geohue.studies.benchmark.frames import find_frames, load_frame
+from geohue.studies.items import Item
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +90,7 @@ class Pair:
     alike_at_one: float
 
 
-def compare(frame: Frame, crop: Crop | None, k: int) -> Pair:
+def compare(frame: Item, crop: Crop | None, k: int) -> Pair:
     """Segment a frame both ways; `alike_at_one` is with the weight 1 for both."""
     scene, truth = load_frame(frame, crop)
     mine, mine_seconds = timed(scene, k, "auto")

@@ -26,7 +26,8 @@ from geohue.measures.partition import information_of, rand_of
 from geohue.regions.images import connected_components
 from geohue.results.atomic import atomic_write
 from geohue.scene import Scene
-from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
+from geohue.studies.benchmark.frames import find_frames, load_frame
+from geohue.studies.items import Item
 from geohue.weight.likeness import likeness
 
 UNITS = ("clusters", "components")
@@ -94,7 +95,7 @@ def score(scene: Scene, swept: Sweep) -> Scores:
     )
 
 
-def save(frame: Frame, swept: Path, out: Path, crop: Crop | None) -> str:
+def save(frame: Item, swept: Path, out: Path, crop: Crop | None) -> str:
     """Score a frame and write the result."""
     scene, _ = load_frame(frame, crop)
     result = score(scene, load(swept / f"{frame.name}.npz"))

@@ -31,7 +31,8 @@ from geohue.results.atomic import atomic_write
 from geohue.scene import Scene
 from geohue.settings import PRESETS
 from geohue.settings.cut import SELECTORS
-from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
+from geohue.studies.benchmark.frames import find_frames, load_frame
+from geohue.studies.items import Item
 
 SEED = 0
 WEIGHTS = (0.0, *(2.0 ** (e / 2) for e in range(-8, 9)), math.inf)
@@ -99,7 +100,7 @@ def _cluster(
     return nearest_center(cut.rows(vectors, k), centers)
 
 
-def save(frame: Frame, out: Path, crop: Crop | None) -> str:
+def save(frame: Item, out: Path, crop: Crop | None) -> str:
     """Sweep a frame and write the result."""
     result = sweep(*load_frame(frame, crop))
     with atomic_write(out / f"{frame.name}.npz") as temporary:

@@ -41,13 +41,13 @@ import geohue
 from geohue.compute.parallel import cores, workers
 from geohue.datasets import load_sample
 from geohue.features import Features, Raw, extract_features
+from geohue.jobs.machine import describe_machine
 from geohue.measures import evaluate
 from geohue.measures.crop import PROTOCOLS, Crop
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene
 from geohue.settings import Preset
 from geohue.studies.benchmark.frames import find_frames, load_frame
-from geohue.studies.machine import describe_machine
 
 K, WEIGHT, SEED = 5, 1.0, 0
 SETTINGS = Preset()

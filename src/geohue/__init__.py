@@ -14,14 +14,20 @@ from typing import TYPE_CHECKING, Any
 from geohue._version import __version__
 
 if TYPE_CHECKING:
+    from geohue.baselines import register_method
     from geohue.camera import Intrinsics
+    from geohue.consensus import register_voter
+    from geohue.datasets import register_layout
     from geohue.errors import GeohueError, GeohueWarning
     from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
+    from geohue.features import register_cue
     from geohue.large import segment_file
+    from geohue.read.clouds.cloud import register_cloud_format
+    from geohue.read.images.depth_units import register_sensor
     from geohue.scene import Scene
     from geohue.segmentation.driver import segment
     from geohue.segmentation.result import Segmentation
-    from geohue.settings import PRESETS, Preset
+    from geohue.settings import PRESETS, Preset, register_preset
 
 # Loaded on first use: `import geohue` stays as quick as `import numpy`.
 _HOMES = {
@@ -33,6 +39,13 @@ _HOMES = {
     "Preset": "geohue.settings",
     "Scene": "geohue.scene",
     "Segmentation": "geohue.segmentation.result",
+    "register_cloud_format": "geohue.read.clouds.cloud",
+    "register_cue": "geohue.features",
+    "register_layout": "geohue.datasets",
+    "register_method": "geohue.baselines",
+    "register_preset": "geohue.settings",
+    "register_sensor": "geohue.read.images.depth_units",
+    "register_voter": "geohue.consensus",
     "segment": "geohue.segmentation.driver",
     "segment_file": "geohue.large",
 }
@@ -46,6 +59,13 @@ __all__ = [
     "Scene",
     "Segmentation",
     "__version__",
+    "register_cloud_format",
+    "register_cue",
+    "register_layout",
+    "register_method",
+    "register_preset",
+    "register_sensor",
+    "register_voter",
     "segment",
     "segment_file",
 ]

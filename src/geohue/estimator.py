@@ -89,7 +89,7 @@ class NystromNormalizedCut(
         The gamma used.
     eigenvalues_ : (m,) float64
         Of the normalized affinity, the largest first.
-    embedding_ : (N, n_clusters_) float
+    embedding_ : (N, K) float
         `transform` of the vectors of the fit, with `store_embedding`.
     n_features_in_, feature_names_in_
         As in every estimator of scikit-learn.
@@ -213,7 +213,7 @@ class NystromNormalizedCut(
             return self._model.labels(rows, team)
 
     def transform(self, X: ArrayLike) -> Floats:
-        """Return the entries of the leading eigenvectors, (M, n_clusters_) rows of length 1.
+        """Return the entries of the leading eigenvectors, ``(M, n_clusters_)``, rows of length 1.
 
         The cluster is the nearest of a few directions in this space, if labels come from k-means
         the nearest centre. Points of one cluster lie close together.

@@ -25,8 +25,8 @@ from geohue.read.images.pictures import read_labels
 from geohue.results import write_ply
 from geohue.results.pcd import write_pcd
 from geohue.results.png import write_png
+from geohue.studies import items as module
 from geohue.studies.batch import Settings, find_items
-from geohue.studies.batch import items as module
 from jobs.frames import HEIGHT, WIDTH, write_frames
 
 HERE = Path(__file__).parent
@@ -321,25 +321,28 @@ def test_names_of_frames(
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["-k", "0"], "k is 0: expected"),
+        (["-k", "0"], "-k 0: expected"),
         (["-k", "some"], "-k some: expected"),
         (
             ["--lambda", "-1"],
-            "weight is -1.0: expected auto, quality, agreement, consensus, merge, or at least 0",
+            "--lambda -1.0: expected auto, quality, agreement, consensus, merge, or at least 0",
         ),
-        (["--lambda", "nan"], "weight is nan: expected"),
-        (["--lambda", "consensus", "--method", "kmeans"], 'is for method "nncsc", not'),
-        (["--preset", "slow"], "preset 'slow'"),
+        (["--lambda", "nan"], "--lambda nan: expected"),
+        (
+            ["--lambda", "consensus", "--method", "kmeans"],
+            "--lambda consensus is for --method nncsc, not kmeans",
+        ),
+        (["--preset", "slow"], "--preset slow: choose one of"),
         (["--detail", "high"], "--detail high: expected coarse, auto, fine or a number"),
-        (["--detail", "fine", "--preset", "paper"], "--detail fine needs levels"),
-        (["--detail", "1", "-k", "3"], "--detail 1 and -k 3 both say how many segments"),
-        (["--cues", "smell"], "cues 'smell': choose one of"),
+        (["--detail", "fine", "--preset", "paper"], "--preset paper has no levels"),
+        (["--detail", "1", "-k", "3"], "--detail 1.0 and -k 3: give one of them"),
+        (["--cues", "smell"], "--cues smell: choose one of"),
         (["--method", "magic"], "magic"),
-        (["--seed", "-1"], "seed is -1"),
-        (["--format", "docx"], "format 'docx': choose among"),
-        (["--limit", "0"], "limit is 0"),
+        (["--seed", "-1"], "--seed -1: expected"),
+        (["--format", "docx"], "--format docx: choose one of"),
+        (["--limit", "0"], "--limit 0: expected"),
         (["--depth-scale", "ell"], "ell"),
-        (["--layout", "heap"], "layout 'heap'"),
+        (["--layout", "heap"], "--layout heap: choose"),
         (["--processes", "0"], "--processes 0: expected at least 1"),
         (["--processes", "2", "--scheduler", "tcp://127.0.0.1:9"], "both say where to work"),
     ],

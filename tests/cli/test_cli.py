@@ -156,7 +156,7 @@ class TestSegment:
         tmp_path: Path,
         capsys: pytest.CaptureFixture[str],
     ) -> None:
-        assert run(["segment", *frame, *options, "-o", str(tmp_path)]) == 0
+        assert run(["segment", *frame, *options, "-o", str(tmp_path / "out")]) == 0
         assert capsys.readouterr().out.startswith(says)
 
     def test_in_pieces_there_is_no_detail(
@@ -267,10 +267,10 @@ class TestMistakes:
     @pytest.mark.parametrize(
         ("options", "message"),
         [
-            (["-k", "0"], "k is 0"),
+            (["-k", "0"], "-k 0: expected"),
             (["-k", "256"], "1 to 255"),
             (["-k", "few"], '-k few: expected "auto" or a whole number'),
-            (["--lambda", "-1"], "weight is -1"),
+            (["--lambda", "-1"], "--lambda -1.0: expected"),
             (
                 ["--lambda", "x"],
                 "--lambda x: expected auto, quality, agreement, consensus or a number",
@@ -281,19 +281,17 @@ class TestMistakes:
             (["--detail", "nan"], "--detail nan: expected coarse, auto, fine or a number"),
             (
                 ["--detail", "fine", "--preset", "paper"],
-                "--detail fine needs levels, and --preset paper has none: leave out --detail, or "
-                "choose --preset best or fast",
+                "--detail fine, and --preset paper has no levels to choose from: leave out "
+                "--detail, or choose --preset best or fast",
             ),
             (
                 ["--detail", "2", "--lambda", "0.5"],
-                "--detail 2 needs levels, and --lambda 0.5 has none: leave out --detail or ",
+                "--detail 2.0, and --lambda 0.5 has no levels to choose from: leave out --detail, "
+                "or --lambda",
             ),
-            (
-                ["--detail", "2", "--method", "kmeans"],
-                "--detail 2 needs levels, and --method kmeans has none",
-            ),
-            (["--detail", "2", "-k", "3"], "--detail 2 and -k 3 both say how many segments"),
-            (["--method", "magic"], "method 'magic'"),
+            (["--detail", "2", "--method", "kmeans"], "and --method kmeans has no levels"),
+            (["--detail", "2", "-k", "3"], "--detail 2.0 and -k 3: give one of them"),
+            (["--method", "magic"], "--method magic: choose one of"),
             (["--intrinsics", "1,2,3"], "1,2,3"),
             (["--depth-scale", "0"], "depth scale 0"),
             (["--threads", "0"], "threads is 0"),

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from sklearn.metrics import adjusted_rand_score
 
 from geohue import PRESETS, GeohueError, Scene, segment
 from geohue.regions.images import connected_components
+from likeness import adjusted_rand_score
 
 LIGHT = PRESETS["fast"].changed(landmarks=60, draft_points=2000)
 

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sklearn.metrics import adjusted_rand_score
 
 from geohue import GeohueError, Preset, Scene, segment
 from geohue.consensus import (
@@ -22,6 +21,7 @@ from geohue.consensus import (
 from geohue.consensus.voters import BaselineVoter
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene, prepare_scene
+from likeness import adjusted_rand_score
 
 Labels = NDArray[np.int32]
 Case = tuple[Scene, Labels]

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from sklearn.metrics import adjusted_rand_score
 
 from geohue import GeohueError, Scene, segment
 from geohue.features import (
@@ -23,7 +22,8 @@ from geohue.features import (
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import prepare_scene
 from geohue.settings import Preset
-from geohue.studies.compare.cells import plan
+from geohue.studies.compare.cells import plan_cells
+from likeness import adjusted_rand_score
 
 LIGHT = Preset().changed(draft_points=2000, landmarks=60)
 
@@ -183,7 +183,7 @@ def test_weight_counts_only_between_two_sides(warmth: Cue) -> None:
     assert not features("color+warmth").is_fused
     assert features("geometry+warmth").is_fused
     assert segment(wall(), 2, cues="color+warmth", preset=LIGHT).weight == 0
-    assert [cell.cues for cell in plan(["nncsc"], ["fusion", f"fusion+{warmth.name}"])] == [
+    assert [cell.cues for cell in plan_cells(["nncsc"], ["fusion", f"fusion+{warmth.name}"])] == [
         "fusion",
         "fusion+warmth",
     ]

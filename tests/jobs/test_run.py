@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
+from geohue._version import __version__
 from geohue.errors import GeohueError
 from geohue.jobs.lock import LOCK
 from geohue.jobs.run import SETTINGS, Place, Table, open_run, run_table
@@ -83,7 +85,6 @@ def test_rows_of_a_table(tmp_path: Path) -> None:
             tmp_path,
             table,
             ASKED,
-            {},
             root,
             [Square(n) for n in numbers],
             Place(),
@@ -107,6 +108,9 @@ def test_rows_of_a_table(tmp_path: Path) -> None:
         "4",
     ]
     assert sorted({file.name for file in tmp_path.iterdir()} - {LOCK}) == [SETTINGS, "t.csv"]
+    written = json.loads((tmp_path / SETTINGS).read_text())
+    assert written["version"] == __version__
+    assert "core" in written["machine"]["cpu"]
 
 
 def test_a_table_takes_one_run_at_a_time(tmp_path: Path) -> None:
@@ -114,7 +118,7 @@ def test_a_table_takes_one_run_at_a_time(tmp_path: Path) -> None:
 
     def again(*_: object) -> None:
         with pytest.raises(GeohueError, match="another run works there"):
-            run_table(tmp_path, table, ASKED, {}, root, [Square(1)], Place(), resume=True)
+            run_table(tmp_path, table, ASKED, root, [Square(1)], Place(), resume=True)
 
     jobs = [Square(1), Square(2)]
-    assert len(run_table(tmp_path, table, ASKED, {}, root, jobs, Place(), progress=again)) == 2
+    assert len(run_table(tmp_path, table, ASKED, root, jobs, Place(), progress=again)) == 2

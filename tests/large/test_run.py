@@ -314,16 +314,25 @@ def test_an_unfinished_run_is_not_overwritten(stopped: Path, cloud: Path) -> Non
 
 
 def test_a_run_without_a_stretch_may_begin_again(cloud: Path, tmp_path: Path) -> None:
-    State(tmp_path, {"k": 2}, resume=False)
-    assert segment_file(cloud, tmp_path, 3, weight=1.0, processes=1).k == 3
+    State(tmp_path / "out", {"k": 2}, resume=False)
+    assert segment_file(cloud, tmp_path / "out", 3, weight=1.0, processes=1).k == 3
 
 
 def test_a_name_that_is_taken_is_told_of_and_nothing_is_lost(cloud: Path, tmp_path: Path) -> None:
-    (tmp_path / "labels.npy").mkdir()
+    out = tmp_path / "out"
+    (out / "labels.npy").mkdir(parents=True)
+    with pytest.raises(GeohueError, match=r"has other files in it \(labels.npy\)"):
+        segment_file(cloud, out, 3, weight=1.0, processes=1)
     with pytest.raises(GeohueError, match=r"labels.npy: cannot be replaced"):
-        segment_file(cloud, tmp_path, 3, weight=1.0, processes=1)
-    (tmp_path / "labels.npy").rmdir()
-    assert segment_file(cloud, tmp_path, 3, weight=1.0, processes=1, resume=True).k == 3
+        segment_file(cloud, out, 3, weight=1.0, processes=1, overwrite=True)
+    assert (out / "labels.npy").is_dir()
+    (out / "labels.npy").rmdir()
+    assert segment_file(cloud, out, 3, weight=1.0, processes=1, resume=True).k == 3
+    assert {file.name for file in out.iterdir()} - {LOCK} == {
+        "labels.npy",
+        "overlay.png",
+        "result.json",
+    }
 
 
 def test_nothing_is_taken_from_a_run_whose_end_was_cut_off(
@@ -360,10 +369,14 @@ def test_damaged_fit_is_named_and_made_again(
 
 @pytest.mark.parametrize("content", ["{", "[]", "{}"])
 def test_a_result_of_something_else_is_replaced(cloud: Path, tmp_path: Path, content: str) -> None:
-    np.save(tmp_path / "labels.npy", np.zeros(3))
-    (tmp_path / "result.json").write_text(content)
-    segment_file(cloud, tmp_path, 3, weight=1.0, processes=1, resume=True)
-    assert _outcome(tmp_path)["n_points"] == N
+    out = tmp_path / "out"
+    out.mkdir()
+    np.save(out / "labels.npy", np.zeros(3))
+    (out / "result.json").write_text(content)
+    with pytest.raises(GeohueError, match="has other files"):
+        segment_file(cloud, out, 3, weight=1.0, processes=1, resume=True)
+    segment_file(cloud, out, 3, weight=1.0, processes=1, resume=True, overwrite=True)
+    assert _outcome(out)["n_points"] == N
 
 
 def test_blocks_without_any_coordinates_have_no_label(
@@ -382,10 +395,11 @@ def test_blocks_without_any_coordinates_have_no_label(
 def test_a_finished_run_resumes_to_itself(
     cloud: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = segment_file(cloud, tmp_path, 3, cues="geometry", processes=1)
+    out = tmp_path / "out"
+    first = segment_file(cloud, out, 3, cues="geometry", processes=1)
     monkeypatch.setattr(stages, "label", None)  # nothing is labelled again
     monkeypatch.setattr(stages, "measure", None)
-    again = segment_file(cloud, tmp_path, 3, cues="geometry", processes=1, resume=True)
+    again = segment_file(cloud, out, 3, cues="geometry", processes=1, resume=True)
     assert again.summary() == first.summary()
 
 
@@ -416,7 +430,7 @@ def test_memory_is_kept(tmp_path: Path) -> None:
         ({"processes": 0}, "processes is 0"),
         ({"k": 0}, "k is 0"),
         ({"cues": "smell"}, "smell"),
-        ({"formats": ["laz"]}, "choose ply"),
+        ({"formats": ["pcd"]}, "choose ply, las, laz"),
         ({"preset": "slow"}, "slow"),
         ({"weight": "consensus"}, 'weight="consensus" needs the whole cloud in memory'),
         ({"weight": "merge"}, 'weight="merge" needs the whole cloud in memory'),

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from sklearn.metrics import adjusted_rand_score
 
 from geohue import PRESETS, GeohueError, Scene, Segmentation, segment
 from geohue.merge.score import Cues
+from likeness import adjusted_rand_score
 
 LIGHT = PRESETS["fast"].changed(landmarks=40, draft_points=1200)
 law = settings(deadline=None, max_examples=6)
@@ -238,7 +238,7 @@ class TestCounts:
         with pytest.raises(GeohueError, match="k is 3: give one of them"):
             segment(room(0), 3, detail=detail)
         for options in ({"preset": "paper"}, {"weight": 2.0}, {"method": "kmeans"}):
-            with pytest.raises(GeohueError, match="have levels"):
+            with pytest.raises(GeohueError, match="no levels"):
                 segment(room(0), detail=detail, **options)
         with pytest.raises(GeohueError, match="detail is 'finest'"):
             segment(room(0), detail="finest")  # type: ignore[arg-type]

@@ -7,6 +7,6 @@
 
 from __future__ import annotations
 
-from geohue.baselines.registry import BASELINES, Baseline, Job
+from geohue.baselines.registry import BASELINES, Baseline, Job, register_method
 
-__all__ = ["BASELINES", "Baseline", "Job"]
+__all__ = ["BASELINES", "Baseline", "Job", "register_method"]

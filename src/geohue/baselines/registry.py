@@ -5,16 +5,19 @@ The modules of the systems are imported when one is run: the table costs nothing
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geohue.compute.parallel import Workers, workers
 from geohue.features import CUES, Features
+from geohue.plugins import Registry
 from geohue.scene import Scene
+from geohue.settings import PAPER_METHOD
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,8 +58,8 @@ class Baseline:
         As in ``method=``.
     cues : tuple of {"fusion", "color", "geometry"}
         What it is defined for.
-    module : str
-        Where its ``run(job)`` is.
+    module : str or callable
+        Where its ``run(job)`` is, which returns the labels; or that function itself.
     needs_grid : bool
         Whether it works on images only.
     uses_weight : bool
@@ -70,11 +73,15 @@ class Baseline:
 
     name: str
     cues: tuple[str, ...]
-    module: str
+    module: str | Callable[[Job], Any]
     needs_grid: bool = False
     uses_weight: bool = False
     uses_k: bool = False
     prunes: bool = False
+
+    def works_on(self, cues: str) -> bool:
+        """Whether it is defined for these cues; one that goes by the vectors takes added ones."""
+        return cues in self.cues or (self.uses_weight and cues not in CUES)
 
     def run(
         self,
@@ -106,7 +113,7 @@ class Baseline:
         (H, W) or (N,) int32
             Labels from 0, in no particular order; -1 where there is none.
         """
-        run = import_module(self.module).run
+        run = self.module if callable(self.module) else import_module(self.module).run
         if team is not None:
             return cast("NDArray[np.int32]", run(Job(scene, features, weight, k, seed, team)))
         with workers() as own:
@@ -115,7 +122,7 @@ class Baseline:
 
 _HOME = "geohue.baselines."
 
-BASELINES: dict[str, Baseline] = {
+_OWN = {
     baseline.name: baseline
     for baseline in (
         Baseline("kmeans", CUES, _HOME + "kmeans", uses_weight=True, uses_k=True),
@@ -139,4 +146,44 @@ BASELINES: dict[str, Baseline] = {
         ),
     )
 }
-"""Every compared system by its name."""
+
+BASELINES: Registry[Baseline] = Registry(
+    "methods",
+    _OWN,
+    lambda value: isinstance(value, Baseline) and value.name != PAPER_METHOD,
+    "a Baseline with a new name",
+)
+"""Every compared system by its name, those of plugins included."""
+
+
+def register_method(baseline: Baseline) -> Baseline:
+    """Let ``method=``, `geohue compare` and `geohue benchmark` take a method by its name.
+
+    Parameters
+    ----------
+    baseline : Baseline
+        Its name must be new.
+
+    Returns
+    -------
+    Baseline
+        The method itself.
+
+    Raises
+    ------
+    GeohueError
+        For a name that is taken.
+
+    Examples
+    --------
+    >>> import numpy as np, geohue
+    >>> def halves(job):
+    ...     return np.arange(job.scene.size).reshape(job.scene.shape) * 2 // job.scene.size
+    >>> method = register_method(Baseline("halves", CUES, halves))
+    >>> scene = geohue.Scene.from_image(np.zeros((8, 4, 3), np.uint8))
+    >>> geohue.segment(scene, cues="color", method="halves").labels[:, 0].tolist()
+    [0, 0, 0, 0, 1, 1, 1, 1]
+    >>> BASELINES.remove("halves")
+    """
+    BASELINES.add(baseline.name, baseline)
+    return baseline

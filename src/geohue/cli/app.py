@@ -8,20 +8,24 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from geohue.cli import clock
 from geohue.cli.batch import batch
 from geohue.cli.benchmark import benchmark
 from geohue.cli.calibrate import calibrate
 from geohue.cli.compare import compare
 from geohue.cli.evaluate import evaluate
 from geohue.cli.info import info
+from geohue.cli.names import Command, Group, warnings_as_lines
 from geohue.cli.register import register
 from geohue.cli.segment import segment
 from geohue.cli.serve import serve
 from geohue.cli.warm import warm
+from geohue.cli.words import of_options
 from geohue.compute.first_run import on_compile
 from geohue.errors import GeohueError
 
 app = typer.Typer(
+    cls=Group,
     help="Split scenes into their parts from colour and geometry together.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -40,7 +44,7 @@ for command in (
     warm,
     serve,
 ):
-    app.command()(command)
+    app.command(cls=Command)(command)
 
 
 def _show_version(wanted: bool) -> None:
@@ -63,16 +67,17 @@ def _common(
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line; exit with 0, 2 for bad input or usage, or 130 when interrupted."""
-    sys.exit(run(arguments))
+    sys.exit(run(arguments, clock.LOADED))
 
 
-def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit status."""
+def run(arguments: Sequence[str] | None = None, began: float | None = None) -> int:
+    """Run the command line and return the exit status; `began` is as of `clock.begin`."""
+    clock.begin(began)
     try:
-        with on_compile(_tell_of_compiling):
+        with warnings_as_lines(), on_compile(_tell_of_compiling):
             status = app(args=arguments, standalone_mode=False)
     except GeohueError as error:
-        return _fail(str(error))
+        return _fail(of_options(str(error)))
     except (KeyboardInterrupt, typer.Abort):
         return _fail("interrupted", 130)
     except BrokenPipeError:

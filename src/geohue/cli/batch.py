@@ -8,22 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import (
-    print_json,
-    read_camera,
-    read_detail,
-    read_weight,
-    warn,
-    whole_or_auto,
-)
-from geohue.cli.jobs import check_place, job_bar
-from geohue.settings import PAPER_METHOD
+from geohue.cli.console import print_json, read_camera, warn
+from geohue.cli.groups import with_groups
+from geohue.cli.jobs import JobOptions, job_bar
 
 if TYPE_CHECKING:
     from geohue.jobs.ledger import Row
 
 
+@with_groups
 def batch(
+    *,
     folder: Annotated[
         Path,
         typer.Argument(metavar="FOLDER", help="A data set or recording, or a folder of clouds."),
@@ -34,29 +29,10 @@ def batch(
     ] = None,
     intrinsics: options.Intrinsics = None,
     depth_scale: options.DepthScale = None,
-    k: options.Count = "auto",
-    weight: options.Weight = "auto",
-    cues: options.Cues = "fusion",
-    preset: options.Preset = "best",
-    detail: options.Detail = "auto",
-    method: options.Method = PAPER_METHOD,
-    seed: options.Seed = 0,
-    components: options.Components = False,
-    fill: options.Fill = True,
+    how: options.SegmentOptions,
     formats: options.Formats = None,
-    lean: Annotated[
-        bool,
-        typer.Option("--lean", help="Write labels and result.json only, no pictures, no levels."),
-    ] = False,
-    limit: Annotated[
-        int | None, typer.Option(help="Only so many frames, spread evenly over all.")
-    ] = None,
-    processes: Annotated[
-        int | None,
-        typer.Option(help="Processes, each with one thread; by default one a core."),
-    ] = None,
-    scheduler: options.Scheduler = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False,
+    lean: options.Lean = False,
+    jobs: JobOptions,
     as_json: options.AsJson = False,
 ) -> None:
     """Segment every frame of a folder.
@@ -65,34 +41,20 @@ def batch(
     frame that fails is named there and stops nothing; the exit status is then 1. A run that was
     killed goes on with --resume.
     """
-    wanted_k, wanted_weight = whole_or_auto(k, "-k"), read_weight(weight)
-    wanted_detail = read_detail(detail)
-    options.check_detail(detail, k, weight, preset, method)
-    check_place(processes, scheduler)
+    jobs.check()
+    values = how.values()
     from geohue.compute.parallel import cores
     from geohue.studies.batch import Settings, find_items
     from geohue.studies.batch import batch as run
 
-    settings = Settings(
-        wanted_k,
-        wanted_weight,
-        preset,
-        cues,  # checked there, with the choices named
-        method,
-        seed,
-        components,
-        fill,
-        tuple(formats or ()),
-        lean,
-        wanted_detail,
-    )
+    settings = Settings(**values, formats=tuple(formats or ()), lean=lean)
     items, notes = find_items(
         folder,
         layout,
         intrinsics=read_camera(intrinsics),
         depth_scale=depth_scale,
-        pictures=cues == "color",
-        limit=limit,
+        pictures=how.cues == "color",
+        limit=jobs.limit,
     )
     warn(notes)
     camera = {"layout": layout, "intrinsics": intrinsics, "depth_scale": depth_scale}
@@ -102,9 +64,10 @@ def batch(
             out,
             settings,
             source={"folder": str(folder.absolute()), **camera},
-            processes=processes or min(cores(), len(items)),
-            scheduler=scheduler,
-            resume=resume,
+            processes=jobs.processes or min(cores(), len(items)),
+            scheduler=jobs.scheduler,
+            timeout=jobs.timeout,
+            resume=jobs.resume,
             progress=count,
         )
     raise typer.Exit(_report(rows, out, as_json))

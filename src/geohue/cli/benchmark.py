@@ -9,7 +9,8 @@ import typer
 
 from geohue.cli import options
 from geohue.cli.console import whole_or_auto
-from geohue.cli.jobs import check_place, job_bar
+from geohue.cli.groups import with_groups
+from geohue.cli.jobs import JobOptions, job_bar
 from geohue.errors import GeohueError
 from geohue.settings import PAPER_METHOD
 
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
     from geohue.studies.benchmark.trials import Trial
 
 
+@with_groups
 def benchmark(
+    *,
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Frames: rgb, depth, labels, intrinsics.")
     ],
@@ -41,14 +44,7 @@ def benchmark(
         str | None,
         typer.Option(metavar="TOP,BOTTOM,LEFT,RIGHT", help="Use this part of each frame."),
     ] = None,
-    limit: Annotated[
-        int | None, typer.Option(help="Only so many frames, spread evenly over all.")
-    ] = None,
-    processes: Annotated[
-        int | None, typer.Option(help="Processes, each with one thread; by default 1.")
-    ] = None,
-    scheduler: options.Scheduler = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False,
+    jobs: JobOptions,
     plots: Annotated[bool, typer.Option(help="Draw plots and pictures.")] = True,
 ) -> None:
     """Measure methods on a folder of labelled frames.
@@ -59,7 +55,7 @@ def benchmark(
     """
     wanted_k = whole_or_auto(k, "-k")
     window = _crop(protocol, crop)
-    check_place(processes, scheduler)
+    jobs.check()
     from geohue.results.atomic import atomic_write
     from geohue.studies.benchmark.frames import find_frames
     from geohue.studies.benchmark.run import benchmark as run
@@ -74,10 +70,11 @@ def benchmark(
             trials,
             Conditions(wanted_k, components, seed),
             crop=window,
-            limit=limit,
-            processes=processes or 1,
-            scheduler=scheduler,
-            resume=resume,
+            limit=jobs.limit,
+            processes=jobs.processes or 1,
+            scheduler=jobs.scheduler,
+            timeout=jobs.timeout,
+            resume=jobs.resume,
             progress=count,
         )
     text = table(summarise(rows))
@@ -86,7 +83,7 @@ def benchmark(
     if plots:
         from geohue.studies.benchmark.plots import draw_run
 
-        draw_run(out, rows, find_frames(folder, limit), window)
+        draw_run(out, rows, find_frames(folder, jobs.limit), window)
     typer.echo(text, nl=False)
     if any(row["error"] for row in rows):
         raise typer.Exit(1)
@@ -94,19 +91,16 @@ def benchmark(
 
 def _plan(methods: str, cues: str, presets: str) -> list[Trial]:
     from geohue.baselines import BASELINES
-    from geohue.features import CUES
+    from geohue.features import cue_columns
     from geohue.settings import PRESETS
     from geohue.studies.benchmark.trials import OWN, plan
+    from geohue.studies.names import names_in
 
     return plan(
-        _names(methods, (OWN, *BASELINES)), _names(cues, CUES), _names(presets, tuple(PRESETS))
+        names_in(methods, (OWN, *BASELINES)),
+        names_in(cues, cue_columns()),
+        names_in(presets, tuple(PRESETS)),
     )
-
-
-def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
-    if text == "all":
-        return known
-    return tuple(name for part in text.split(",") if (name := part.strip()))
 
 
 def _crop(protocol: str | None, crop: str | None) -> tuple[int, int, int, int] | None:

@@ -11,6 +11,7 @@ import typer
 
 from geohue.cli import options
 from geohue.cli.console import print_json, warn, whole_or_auto
+from geohue.cli.groups import with_groups
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -20,19 +21,10 @@ if TYPE_CHECKING:
     from geohue.studies.compare import Comparison, Result
 
 
+@with_groups
 def compare(
-    source: options.Source = None,
-    depth: options.Depth = None,
-    sample: options.Sample = None,
-    intrinsics: options.Intrinsics = None,
-    depth_scale: options.DepthScale = None,
-    right: options.Right = None,
-    disparity: options.Disparity = None,
-    disparity_scale: options.DisparityScale = None,
-    calib: options.Calib = None,
-    views: options.Views = 2,
-    cameras: options.Cameras = None,
-    frame: options.Frame = 0,
+    *,
+    given: options.SceneOptions,
     methods: Annotated[
         str,
         typer.Option(metavar="A,B,..", help="The rows: best, fast, methods; or all (but fast)."),
@@ -53,7 +45,7 @@ def compare(
         str,
         typer.Option(metavar="best|fast|paper", help="Settings of the rows that are methods."),
     ] = "paper",
-    seed: Annotated[int, typer.Option(help="Source of chance.")] = 0,
+    seed: options.Seed = 0,
     processes: Annotated[
         int | None, typer.Option(help="Cells at a time; by default one a core, at most 4.")
     ] = None,
@@ -76,30 +68,18 @@ def compare(
     exit status is then 1.
     """
     wanted_k = whole_or_auto(k, "-k")
-    from geohue.features import CUES
+    from geohue.features import cue_columns
     from geohue.studies.compare import compare as run
-    from geohue.studies.compare.cells import ROWS
+    from geohue.studies.compare.cells import all_rows
+    from geohue.studies.names import names_in
 
-    scene = options.load_scene(
-        source,
-        depth,
-        sample,
-        intrinsics=intrinsics,
-        depth_scale=depth_scale,
-        right=right,
-        disparity=disparity,
-        disparity_scale=disparity_scale,
-        calib=calib,
-        views=views,
-        cameras=cameras,
-        frame=frame,
-    )
+    scene = options.load_scene(given)
     truth = None if gt is None else _truth(gt)
     with _counter() as count:
         done = run(
             scene,
-            _names(methods, ROWS),
-            _names(cues, CUES),
+            names_in(methods, all_rows()),
+            names_in(cues, cue_columns()),
             wanted_k,
             truth=truth,
             preset=preset,
@@ -116,7 +96,7 @@ def compare(
     if folder is not None:
         from geohue.studies.compare.files import write_comparison
 
-        title = f"Comparison: {sample or source}"
+        title = f"Comparison: {given.sample or given.source}"
         files = write_comparison(folder, scene, done, truth, title)
     warn([*done.warnings, *(f"{r.cell.name} failed: {r.reason}" for r in failed)])
     if as_json:
@@ -128,12 +108,6 @@ def compare(
         typer.echo(f"{folder}: {names}, labels", err=as_json)
     if failed:
         raise typer.Exit(1)
-
-
-def _names(text: str, known: tuple[str, ...]) -> tuple[str, ...]:
-    if text == "all":
-        return known
-    return tuple(name for part in text.split(",") if (name := part.strip()))
 
 
 def _truth(path: Path) -> NDArray[np.int32]:

@@ -6,17 +6,19 @@ import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
+from geohue.cli.words import of_options
 from geohue.errors import GeohueError
 from geohue.segmentation.stages import STAGES
 
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.merge.levels import Detail
-    from geohue.segmentation.choice import Weight
+    from geohue.segmentation.arguments import Weight
 
 _WEIGHT_WORDS: tuple[Literal["auto", "quality", "agreement", "consensus"], ...] = (
     "auto",
@@ -27,7 +29,6 @@ _WEIGHT_WORDS: tuple[Literal["auto", "quality", "agreement", "consensus"], ...] 
 
 _DETAIL_WORDS: tuple[Literal["coarse", "auto", "fine"], ...] = ("coarse", "auto", "fine")
 _MOST_STAGES = 8  # of one run, the reading included
-_ALONE = {"color": "colour alone", "geometry": "geometry alone"}
 
 
 @contextmanager
@@ -54,7 +55,7 @@ def stage_bar() -> Iterator[Any]:
 def warn(messages: Iterable[str]) -> None:
     """Print warnings, a line each."""
     for message in messages:
-        typer.echo(f"geohue: warning: {' '.join(message.split())}", err=True)
+        typer.echo(f"geohue: warning: {' '.join(of_options(message).split())}", err=True)
 
 
 def read_camera(file: str | None) -> Intrinsics | None:
@@ -72,6 +73,12 @@ def read_camera(file: str | None) -> Intrinsics | None:
 def print_json(content: Mapping[str, Any]) -> None:
     """Print a JSON object on standard output."""
     typer.echo(json.dumps(content, indent=2))
+
+
+def read_json(file: Path) -> dict[str, Any]:
+    """Read a JSON object that was just written."""
+    content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return content
 
 
 def read_weight(text: str) -> Weight:
@@ -113,32 +120,6 @@ def read_detail(text: str) -> Detail:
         if math.isfinite(number := float(text)):
             return number
     raise GeohueError(f"--detail {text}: expected {', '.join(_DETAIL_WORDS)} or a number")
-
-
-def told(k: int, weight: float, method: str, cues: str, merged: bool = False) -> str:
-    """Return in words how many segments were found, and what they go by.
-
-    Examples
-    --------
-    >>> told(17, math.inf, "nncsc", "fusion", merged=True)
-    '17 segments, regions merged'
-    >>> told(1, math.inf, "nncsc", "geometry")
-    '1 segment, by geometry alone'
-    >>> told(40, math.nan, "edison", "color")
-    '40 segments, by edison'
-    >>> told(4, 2.0, "nncsc", "fusion")
-    '4 segments, weight 2'
-    """
-    return f"{k} segment{'' if k == 1 else 's'}, {_way(weight, method, cues, merged)}"
-
-
-def _way(weight: float, method: str, cues: str, merged: bool) -> str:
-    if merged:
-        return "regions merged" + ("" if cues == "fusion" else f" by {_ALONE[cues]}")
-    if math.isnan(weight):
-        return f"by {method}"
-    ends = {0.0: "color", math.inf: "geometry"}
-    return f"by {_ALONE[ends[weight]]}" if weight in ends else f"weight {weight:.3g}"
 
 
 def whole_or_auto(text: str, option: str) -> int | Literal["auto"]:

@@ -7,37 +7,26 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from geohue.cli import options
 from geohue.cli.console import print_json, read_camera, warn
+from geohue.cli.groups import with_groups
 
 if TYPE_CHECKING:
+    from geohue.datasets import Dataset
     from geohue.scene import Scene
 
 
+@with_groups
 def info(
-    source: Annotated[
-        Path,
-        typer.Argument(
-            metavar="COLOR|CLOUD|DATASET",
-            help="Colour image, cloud, or folder or recording of a data set.",
-        ),
-    ],
-    depth: Annotated[
-        Path | None, typer.Argument(metavar="[DEPTH]", help="Depth map registered to the image.")
-    ] = None,
-    intrinsics: Annotated[
-        str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth map.")
-    ] = None,
-    depth_scale: Annotated[
-        str | None,
-        typer.Option(metavar="M_PER_UNIT|NAME", help="Unit of the depth map: 0.001, tum, sun."),
-    ] = None,
+    *,
+    given: options.SceneOptions,
     layout: Annotated[
         str | None, typer.Option(help="Layout of the data set, if it is not to be guessed.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print a JSON object.")] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Tell what was found in the files of a scene or data set and how it is read."""
-    facts, notes = _facts(source, depth, intrinsics, depth_scale, layout)
+    facts, notes = _facts(given, layout)
     warn(notes)
     if as_json:
         print_json(facts | {"warnings": list(notes)})
@@ -47,25 +36,38 @@ def info(
 
 
 def _facts(
-    source: Path, depth: Path | None, intrinsics: str | None, scale: str | None, layout: str | None
+    given: options.SceneOptions, layout: str | None
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return what is known of a data set, a cloud without colours, or a scene."""
+    from geohue.read.scenes.scenes import is_cloud
+
+    source, others = given.source, given.beside_source().keys() - {"intrinsics", "depth_scale"}
+    if source is not None and others <= {"frame"}:
+        data = _dataset(source, given, layout)
+        if data is not None:
+            scene = options.frame_of(data, given.frame).scene()
+            facts = data.describe() | {f"frame_{k}": v for k, v in describe(scene).items()}
+            return facts, (*data.notes, *scene.warnings)
+        if is_cloud(source):
+            return describe_cloud(source)
+    scene = options.load_scene(given)
+    return describe(scene), scene.warnings
+
+
+def _dataset(source: Path, given: options.SceneOptions, layout: str | None) -> Dataset | None:
+    """Open the data set that a folder or file is; None for one that is a scene of its own."""
     from geohue.datasets.layouts import guess_layout, open_dataset
     from geohue.read.clouds.cloud import is_colmap
-    from geohue.read.scenes.scenes import is_cloud, read_scene
 
-    found = None
-    if depth is None and not is_colmap(source) and (source.is_dir() or layout is None):
-        found = guess_layout(source) if source.exists() else None
-    if layout is not None or found is not None or (source.is_dir() and not is_colmap(source)):
-        data = open_dataset(source, layout, intrinsics=read_camera(intrinsics), depth_scale=scale)
-        scene = data[0].scene()
-        facts = data.describe() | {f"frame_{k}": v for k, v in describe(scene).items()}
-        return facts, (*data.notes, *scene.warnings)
-    if depth is None and is_cloud(source):
-        return describe_cloud(source)
-    scene = read_scene(source, depth, intrinsics, scale)
-    return describe(scene), scene.warnings
+    if layout is None and is_colmap(source):
+        return None
+    found = layout
+    if found is None and source.exists():
+        found = guess_layout(source)
+    if found is None and not source.is_dir():
+        return None
+    camera = read_camera(given.intrinsics)
+    return open_dataset(source, found, intrinsics=camera, depth_scale=given.depth_scale)
 
 
 def describe_cloud(path: Path) -> tuple[dict[str, Any], tuple[str, ...]]:

@@ -4,8 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Annotated
 
+import typer
+
+from geohue.cli import options
 from geohue.errors import GeohueError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobOptions:
+    """Which frames of a folder, where they are worked on, and whether a run goes on."""
+
+    limit: Annotated[
+        int | None, typer.Option(help="Only so many frames, spread evenly over all.")
+    ] = None
+    processes: Annotated[
+        int | None,
+        typer.Option(
+            help="Processes, each with one thread; by default one a core, for benchmark one."
+        ),
+    ] = None
+    scheduler: options.Scheduler = None
+    timeout: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Longest time for a frame, which then has failed."),
+    ] = None
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in DIR.")] = False
+
+    def check(self) -> None:
+        """Raise an error unless at most one option says where to work (`check_place`)."""
+        check_place(self.processes, self.scheduler)
 
 
 def check_place(processes: int | None, scheduler: str | None) -> None:

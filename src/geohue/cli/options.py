@@ -1,18 +1,22 @@
-"""Options that several commands share, and the scene they name."""
+"""Options that several commands share, the groups of them, and the scene they name."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from geohue.cli.console import read_camera
+from geohue.cli.console import read_camera, read_detail, read_weight, whole_or_auto
 from geohue.errors import GeohueError
 from geohue.settings import PAPER_METHOD
 
 if TYPE_CHECKING:
+    from geohue.datasets import Dataset
+    from geohue.datasets import Frame as DatasetFrame
     from geohue.scene import Scene
+    from geohue.segmentation.arguments import SegmentArguments
 
 _FRAME = "Depth and camera"
 _STEREO = "Stereo"
@@ -166,105 +170,136 @@ Formats = Annotated[
     list[str] | None,
     typer.Option(
         "--format",
-        help="Write this too: ply, pcd, las, laz, coco or segments (in pieces: ply). Repeatable.",
+        metavar="NAME",
+        help="Write this too: ply, pcd, las, laz, coco or segments (in pieces: ply, las, laz). "
+        "Repeatable.",
+    ),
+]
+Lean = Annotated[
+    bool,
+    typer.Option(
+        "--lean",
+        help="Write labels and result.json only: no pictures, no levels, and no cloud unless "
+        "--format asks for it.",
+    ),
+]
+Overwrite = Annotated[
+    bool,
+    typer.Option(
+        "--overwrite",
+        help="Write into DIR though it has other files than an earlier result; those stay.",
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on standard output.")]
 
 
-def load_scene(
-    source: Path | None,
-    depth: Path | None = None,
-    sample: str | None = None,
-    *,
-    intrinsics: str | None = None,
-    depth_scale: str | None = None,
-    right: Path | None = None,
-    disparity: Path | None = None,
-    disparity_scale: str | None = None,
-    calib: str | None = None,
-    views: int = 2,
-    cameras: list[Path] | None = None,
-    frame: int = 0,
-) -> Scene:
-    """Read the scene that a command's arguments name.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneOptions:
+    """Which scene, and how its files are read."""
+
+    source: Source = None
+    depth: Depth = None
+    sample: Sample = None
+    intrinsics: Intrinsics = None
+    depth_scale: DepthScale = None
+    right: Right = None
+    disparity: Disparity = None
+    disparity_scale: DisparityScale = None
+    calib: Calib = None
+    views: Views = 2
+    cameras: Cameras = None
+    frame: Frame = 0
+
+    def beside_source(self) -> dict[str, Any]:
+        """Return what is given but for the source, by what the user calls it."""
+        shown = {"depth": "DEPTH", "cameras": "camera"}
+        given = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        return {
+            shown.get(entry.name, entry.name): given[entry.name]
+            for entry in fields(self)
+            if entry.name != "source" and given[entry.name] != entry.default
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SegmentOptions:
+    """How a scene is segmented."""
+
+    k: Count = "auto"
+    weight: Weight = "auto"
+    cues: Cues = "fusion"
+    preset: Preset = "best"
+    detail: Detail = "auto"
+    method: Method = PAPER_METHOD
+    seed: Seed = 0
+    components: Components = False
+    fill: Fill = True
+
+    def arguments(self) -> SegmentArguments:
+        """Return them as `geohue.segment` takes them; raises `GeohueError` for a mistake."""
+        from geohue.segmentation.arguments import SegmentArguments
+
+        return SegmentArguments(**self.values())
+
+    def values(self) -> dict[str, Any]:
+        """Return the values by their names, numbers as numbers; the library checks the rest."""
+        read = {
+            "k": whole_or_auto(self.k, "-k"),
+            "weight": read_weight(self.weight),
+            "detail": read_detail(self.detail),
+        }
+        return {entry.name: getattr(self, entry.name) for entry in fields(self)} | read
+
+
+def load_scene(given: SceneOptions) -> Scene:
+    """Read the scene that a command's options name.
 
     Raises
     ------
     GeohueError
         If nothing or too much is named, or a file cannot be used.
     """
-    if sample is not None:
+    source, depth, intrinsics = given.source, given.depth, given.intrinsics
+    if given.sample is not None:
         if source is not None:
-            raise GeohueError(f"both {source} and --sample {sample} given: choose one")
+            raise GeohueError(f"both {source} and --sample {given.sample} given: choose one")
         from geohue.datasets import load_sample
 
-        return load_sample(sample)
+        return load_sample(given.sample)
     if source is None:
         raise GeohueError("no scene: give COLOR DEPTH, a cloud, or --sample motorcycle")
-    if right is not None:
-        _leave_out("--right", DEPTH=depth, intrinsics=intrinsics, depth_scale=depth_scale)
-        _leave_out("--right", camera=cameras)
+    disparity, disparity_scale, calib = given.disparity, given.disparity_scale, given.calib
+    if given.right is not None:
+        _leave_out("--right", DEPTH=depth, intrinsics=intrinsics, depth_scale=given.depth_scale)
+        _leave_out("--right", camera=given.cameras)
         from geohue.read.scenes.stereo import read_stereo_scene
 
-        return read_stereo_scene(source, right, disparity, disparity_scale, calib, views)
+        pair = source, given.right
+        return read_stereo_scene(*pair, disparity, disparity_scale, calib, given.views)
     _need("--right", "stereo pairs", disparity=disparity, disparity_scale=disparity_scale)
-    if cameras:
-        return _range_scene(source, depth, cameras, intrinsics, calib, depth_scale, views)
+    if given.cameras:
+        return _range_scene(source, given)
     _need("--right or --camera", "stereo pairs and rigs", calib=calib)
-    return _frame_or_cloud(source, depth, intrinsics, _scale(depth_scale), frame)
+    return _frame_or_cloud(source, depth, intrinsics, _scale(given.depth_scale), given.frame)
 
 
-def check_detail(detail: str | float, k: str, weight: str, preset: str, method: str) -> None:
-    """Raise an error if a degree of detail is asked for where there are no levels.
-
-    Examples
-    --------
-    >>> check_detail("fine", "auto", "auto", "paper", "nncsc")
-    Traceback (most recent call last):
-    geohue.errors.GeohueError: --detail fine needs levels, and --preset paper has none: leave out
-    --detail, or choose --preset best or fast
-    """
-    if detail == "auto":
-        return
-    wish = f"--detail {detail}"
-    if k != "auto":
-        raise GeohueError(f"{wish} and -k {k} both say how many segments: give one")
-    for option in _without_levels(weight, preset, method):
-        mend = ", or choose --preset best or fast" if "preset" in option else f" or {option}"
-        raise GeohueError(f"{wish} needs levels, and {option} has none: leave out --detail{mend}")
-
-
-def _without_levels(weight: str, preset: str, method: str) -> list[str]:
-    """Return the options that ask for a segmentation without levels."""
-    given = {"--preset paper": preset == "paper"}
-    given |= {f"--lambda {weight}": weight != "auto", f"--method {method}": method != "nncsc"}
-    return [option for option, there in given.items() if there]
-
-
-def check_pieces(option: str, method: str, components: bool, **others: Any) -> None:
+def check_pieces(option: str, given: SceneOptions, how: SegmentOptions, **others: Any) -> None:
     """Raise an error if something is given that a cloud in pieces, as of `option`, cannot have."""
-    _leave_out(option, **others)
-    if components or method != PAPER_METHOD:
-        wish = "--components" if components else f"--method {method}"
+    detail = how.detail != "auto"
+    _leave_out(option, **given.beside_source(), **others, no_fill=not how.fill, detail=detail)
+    if how.components or how.method != PAPER_METHOD:
+        wish = "--components" if how.components else f"--method {how.method}"
         raise GeohueError(f"{wish} needs the whole cloud in memory: leave out {wish} or {option}")
 
 
-def _range_scene(
-    source: Path,
-    depth: Path | None,
-    cameras: list[Path],
-    intrinsics: str | None,
-    calib: str | None,
-    depth_scale: str | None,
-    views: int,
-) -> Scene:
-    _leave_out("--camera", DEPTH=depth, intrinsics=intrinsics)
-    if calib is None:
+def _range_scene(source: Path, given: SceneOptions) -> Scene:
+    _leave_out("--camera", DEPTH=given.depth, intrinsics=given.intrinsics)
+    if given.calib is None:
         raise GeohueError("--camera needs the rig of the sensors: give it with --calib")
     from geohue.read.scenes.ranges import read_range_scene
 
-    return read_range_scene(source, cameras, [calib], _scale(depth_scale), 1 if views == 1 else 2)
+    pictures, scale = given.cameras or [], _scale(given.depth_scale)
+    return read_range_scene(source, pictures, [given.calib], scale, 1 if given.views == 1 else 2)
 
 
 def _frame_or_cloud(
@@ -280,9 +315,14 @@ def _frame_or_cloud(
     if depth is not None or is_cloud(source) or not source.exists() or not guess_layout(source):
         return read_scene(source, depth, intrinsics, depth_scale)
     data = open_dataset(source, intrinsics=read_camera(intrinsics), depth_scale=depth_scale)
-    if frame >= len(data):
-        raise GeohueError(f"{source}: has {len(data)} frame(s), counted from 0; --frame is {frame}")
-    return data[frame].scene()
+    return frame_of(data, frame).scene()
+
+
+def frame_of(data: Dataset, i: int) -> DatasetFrame:
+    """Return the frame that ``--frame`` names; raises `GeohueError` if there is none."""
+    if i >= len(data):
+        raise GeohueError(f"{data.path}: has {len(data)} frame(s), counted from 0; --frame is {i}")
+    return data[i]
 
 
 def _leave_out(option: str, **others: Any) -> None:

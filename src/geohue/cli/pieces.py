@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from geohue.cli.console import print_json, told, warn
+from geohue.cli.clock import passed
+from geohue.cli.console import print_json, warn
 from geohue.cli.jobs import check_place
+from geohue.cli.options import SegmentOptions
 from geohue.errors import GeohueError
+from geohue.segmentation.words import told
+from geohue.settings import PAPER_METHOD
 
 if TYPE_CHECKING:
     from geohue.large.stages import Progress
-    from geohue.segmentation.choice import Weight
 
 _STAGES = {"measure": "measuring", "fit": "cutting a sample", "label": "labelling"}
 
@@ -47,20 +50,19 @@ def too_large(source: Path | None) -> str | None:
 def segment_pieces(
     source: Path | None,
     out: Path | None,
-    k: int | Literal["auto"],
-    weight: Weight,
-    preset: str,
-    cues: str,
-    seed: int,
+    how: SegmentOptions,
     memory: str | None,
     processes: int | None,
     scheduler: str | None,
     resume: bool,
-    formats: list[str] | None,
+    formats: list[str],
+    lean: bool,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Split a cloud in two passes over its file."""
     check_place(processes, scheduler)
+    wanted = how.values()
     if source is None:
         raise GeohueError("no cloud: --memory, --processes, --scheduler and --resume need one")
     if as_json and out is None:
@@ -72,24 +74,22 @@ def segment_pieces(
         found = segment_file(
             source,
             folder,
-            k,
-            weight,
-            preset,
-            cues,  # checked by the library, with the choices named
-            seed,
+            **{name: wanted[name] for name in ("k", "weight", "preset", "cues", "seed")},
             memory=memory,
             processes=processes,
             scheduler=scheduler,
             resume=resume,
-            formats=formats or (),
+            formats=formats,
+            lean=lean,
+            overwrite=overwrite,
             progress=progress,
         )
     warn(found.warnings)
     if as_json:
         print_json(found.summary())
     else:
-        line = told(found.k, found.weight, "nncsc", cues)
-        typer.echo(f"{line}, {found.timings['total']:.1f} s")
+        line = told(found.k, found.weight, PAPER_METHOD, how.cues)
+        typer.echo(f"{line}, {passed():.1f} s")
     names = ", ".join(sorted(file.name for file in folder.iterdir() if file.is_file()))
     typer.echo(f"{folder}: {names}", err=as_json)
 

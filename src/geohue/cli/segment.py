@@ -8,43 +8,22 @@ from typing import Annotated
 import typer
 
 from geohue.cli import options
-from geohue.cli.console import (
-    print_json,
-    read_detail,
-    read_weight,
-    stage_bar,
-    told,
-    warn,
-    whole_or_auto,
-)
+from geohue.cli.clock import passed
+from geohue.cli.console import print_json, read_json, stage_bar, warn
+from geohue.cli.groups import with_groups
 from geohue.cli.pieces import segment_pieces, too_large
 from geohue.settings import PAPER_METHOD
 
 
+@with_groups
 def segment(
-    source: options.Source = None,
-    depth: options.Depth = None,
-    sample: options.Sample = None,
-    intrinsics: options.Intrinsics = None,
-    depth_scale: options.DepthScale = None,
-    right: options.Right = None,
-    disparity: options.Disparity = None,
-    disparity_scale: options.DisparityScale = None,
-    calib: options.Calib = None,
-    views: options.Views = 2,
-    cameras: options.Cameras = None,
-    frame: options.Frame = 0,
-    k: options.Count = "auto",
-    weight: options.Weight = "auto",
-    cues: options.Cues = "fusion",
-    preset: options.Preset = "best",
-    detail: options.Detail = "auto",
-    method: options.Method = PAPER_METHOD,
-    seed: options.Seed = 0,
-    components: options.Components = False,
-    fill: options.Fill = True,
+    *,
+    given: options.SceneOptions,
+    how: options.SegmentOptions,
     threads: Annotated[int | None, typer.Option(help="Threads; by default one a core.")] = None,
     formats: options.Formats = None,
+    lean: options.Lean = False,
+    overwrite: options.Overwrite = False,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="DIR", help="Where results go; by default geohue-out."),
@@ -62,95 +41,41 @@ def segment(
     folder of -o (with --json and without -o, nothing is written). A cloud that does not fit in
     memory, or any with --memory, is read in pieces, by the paper's cut under every preset.
     """
-    wanted_k = whole_or_auto(k, "-k")
-    wanted_weight, wanted_detail = read_weight(weight), read_detail(detail)
-    options.check_detail(detail, k, weight, preset, method)
     wishes = {"memory": memory, "processes": processes, "scheduler": scheduler}
     asked = [f"--{name}" for name, wish in wishes.items() if wish is not None]
     asked += ["--resume"] if resume else []
-    note = None if asked or components or method != PAPER_METHOD else too_large(source)
+    whole = how.components or how.method != PAPER_METHOD
+    note = None if asked or whole else too_large(given.source)
     if asked or note is not None:
-        options.check_pieces(
-            asked[0] if asked else "reading in pieces (the cloud does not fit in memory)",
-            method,
-            components,
-            DEPTH=depth,
-            sample=sample,
-            intrinsics=intrinsics,
-            depth_scale=depth_scale,
-            right=right,
-            disparity=disparity,
-            disparity_scale=disparity_scale,
-            calib=calib,
-            views=views != 2,
-            camera=cameras,
-            frame=frame,
-            threads=threads is not None,
-            no_fill=not fill,
-            detail=detail != "auto",
-        )
+        reason = asked[0] if asked else "reading in pieces (the cloud does not fit in memory)"
+        options.check_pieces(reason, given, how, threads=threads is not None)
         warn([] if note is None else [note])
-        segment_pieces(
-            source,
-            out,
-            wanted_k,
-            wanted_weight,
-            preset,
-            cues,
-            seed,
-            memory,
-            processes,
-            scheduler,
-            resume,
-            formats,
-            as_json,
-        )
+        place = processes, scheduler
+        written = formats or [], lean, overwrite
+        segment_pieces(given.source, out, how, memory, *place, resume, *written, as_json)
         return
     folder = Path("geohue-out") if out is None and not as_json else out
     if folder is not None:
-        from geohue.results.atomic import check_folder
+        from geohue.results.folder import check_result_folder
 
-        check_folder(folder)
+        check_result_folder(folder, overwrite=overwrite)
     with stage_bar() as begin:
         begin("loading")
         from geohue.results.outputs import write_results
         from geohue.segmentation.driver import segment as run
 
-        scene = options.load_scene(
-            source,
-            depth,
-            sample,
-            intrinsics=intrinsics,
-            depth_scale=depth_scale,
-            right=right,
-            disparity=disparity,
-            disparity_scale=disparity_scale,
-            calib=calib,
-            views=views,
-            cameras=cameras,
-            frame=frame,
+        chosen = how.arguments()
+        scene = options.load_scene(given)
+        seg = run(scene, **chosen.as_dict(), threads=threads, progress=begin)
+        wishes_out = {"lean": lean, "overwrite": overwrite}
+        files = (
+            [] if folder is None else write_results(folder, scene, seg, formats or (), **wishes_out)
         )
-        seg = run(
-            scene,
-            wanted_k,
-            wanted_weight,
-            preset,
-            cues,  # checked by the library, with the choices named
-            method,
-            seed,
-            detail=wanted_detail,
-            components=components,
-            fill=fill,
-            threads=threads,
-            progress=begin,
-        )
-        files = [] if folder is None else write_results(folder, scene, seg, formats or ())
     warn(seg.warnings)
     if as_json:
-        print_json(seg.summary())
+        print_json(seg.summary() if folder is None else read_json(folder / "result.json"))
     else:
-        found = told(seg.k, seg.weight, method, cues, merged=seg.levels is not None)
-        typer.echo(f"{found}, {seg.timings['total']:.2f} s")
+        typer.echo(f"{seg.in_words()}, {passed():.2f} s")
     if files:
         names = ", ".join(file.name for file in files)
         typer.echo(f"{folder}: {names}", err=as_json)

@@ -108,16 +108,23 @@ def check_normals(normals: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[
     return unit.astype(np.float32)
 
 
-def centered(xyz: NDArray[np.generic]) -> NDArray[np.float32]:
-    """Cast to float32, after the offset of map coordinates is taken off: no label depends on it."""
+def centered(
+    xyz: NDArray[np.generic],
+) -> tuple[NDArray[np.float32], tuple[float, float, float]]:
+    """Cast to float32, after the offset of map coordinates is taken off: no label depends on it.
+
+    Returns the points and the offset.
+    """
     points = xyz.astype(np.float64)
     finite = np.isfinite(points).all(axis=-1)
     points[~finite] = np.nan
+    offset = np.zeros(3)
     if finite.any():
         low, high = points[finite].min(axis=0), points[finite].max(axis=0)
         if np.abs(np.stack([low, high])).max() > 1e3 * max((high - low).max(), 1e-300):
-            points -= (low + high) / 2
+            offset = (low + high) / 2
+            points -= offset
     with np.errstate(over="ignore"):
         cast = points.astype(np.float32)
     cast[~np.isfinite(cast).all(axis=-1)] = np.nan
-    return cast
+    return cast, (float(offset[0]), float(offset[1]), float(offset[2]))

@@ -30,10 +30,46 @@ class Consensus:
         Segments of the draft, connected but for gaps; -1 where it has no point.
     weight : float
         That of the voter whose maps are most like them, NaN if it has none.
+    one, other : (E,) int64
+        Neighbouring points of the draft, as flat positions.
+    share : (E,) float64
+        How many of the maps part them, 0 to 1.
     """
 
     labels: Labels
     weight: float
+    one: NDArray[np.int64]
+    other: NDArray[np.int64]
+    share: NDArray[np.float64]
+
+    def along_borders(self, labels: NDArray[np.int32]) -> list[tuple[int, int, float]]:
+        """Return the share of votes along each border of a segmentation of the draft.
+
+        Parameters
+        ----------
+        labels : (h, w) or (m,) int32
+            Segments of the draft's points, -1 = none.
+
+        Returns
+        -------
+        list of (int, int, float)
+            Two segments that touch, the lower number first, and the mean share of the maps that
+            part their neighbouring points; in the order of the numbers.
+
+        Examples
+        --------
+        >>> line = np.arange(2), np.arange(1, 3)
+        >>> votes = Consensus(np.zeros(3, np.int32), 1.0, *line, np.array([0.2, 0.9]))
+        >>> votes.along_borders(np.int32([0, 0, 1]))
+        [(0, 1, 0.9)]
+        """
+        flat = labels.reshape(-1)
+        ends = np.sort(np.stack([flat[self.one], flat[self.other]], axis=1), axis=1)
+        border = (ends[:, 0] >= 0) & (ends[:, 0] < ends[:, 1])
+        pairs, at = np.unique(ends[border], axis=0, return_inverse=True)
+        at = at.reshape(-1)
+        mean = np.bincount(at, self.share[border], len(pairs)) / np.bincount(at, None, len(pairs))
+        return [(int(a), int(b), float(s)) for (a, b), s in zip(pairs, mean, strict=True)]
 
 
 def find_consensus(voters: Sequence[Voter], prepared: PreparedScene) -> Consensus:
@@ -63,7 +99,9 @@ def find_consensus(voters: Sequence[Voter], prepared: PreparedScene) -> Consensu
     by_voter = list(workers.map(lambda voter: checked_maps(voter, prepared), voters))
     owner = np.array([i for i, maps in enumerate(by_voter) for _ in maps])
     if len(owner) == 0:  # no voter can tell two points apart
-        return Consensus(np.where(draft.valid, 0, -1).astype(np.int32), 1.0)
+        nobody = np.zeros(0, np.int64)
+        labels = np.where(draft.valid, 0, -1).astype(np.int32)
+        return Consensus(labels, 1.0, nobody, nobody, np.zeros(0))
     graph = PairGraph.of(draft, prepared.settings.min_region, rules.smallest)
     maps = list(workers.map(graph.tidied, [labels for maps in by_voter for labels in maps]))
     share = count_votes(maps, graph.one, graph.other)
@@ -74,7 +112,8 @@ def find_consensus(voters: Sequence[Voter], prepared: PreparedScene) -> Consensu
     labels = join_faint(labels, one, other, steps, share[real], rules.clear)
     distance = distances_from(labels, maps)
     mean = {i: distance[owner == i].mean() for i in np.unique(owner).tolist()}
-    return Consensus(labels, float(voters[min(mean, key=mean.__getitem__)].weight))
+    likest = voters[min(mean, key=mean.__getitem__)]
+    return Consensus(labels, float(likest.weight), graph.one, graph.other, share)
 
 
 def checked_maps(voter: Voter, prepared: PreparedScene) -> list[Labels]:

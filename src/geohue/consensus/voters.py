@@ -14,6 +14,7 @@ from geohue.baselines import BASELINES, Baseline
 from geohue.compute.parallel import Workers
 from geohue.errors import GeohueError
 from geohue.ncut.cutter import Cutter
+from geohue.plugins import Registry
 from geohue.prepared import PreparedScene
 
 Labels = NDArray[np.int32]
@@ -91,7 +92,9 @@ class BaselineVoter:
         ]
 
 
-_REGISTERED: dict[str, Voter] = {}
+_REGISTERED: Registry[Voter] = Registry(
+    "voters", {}, lambda value: callable(getattr(value, "maps", None)), "a Voter"
+)
 
 
 def register_voter(name: str, voter: Voter) -> None:
@@ -123,12 +126,12 @@ def register_voter(name: str, voter: Voter) -> None:
     """
     if not name or name in known_voters():
         raise GeohueError(f"voter {name!r}: the name is taken or empty")
-    _REGISTERED[name] = voter
+    _REGISTERED.add(name, voter)
 
 
 def remove_voter(name: str) -> None:
     """Forget a voter that was registered."""
-    _REGISTERED.pop(name, None)
+    _REGISTERED.remove(name)
 
 
 def known_voters() -> tuple[str, ...]:

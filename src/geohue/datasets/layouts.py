@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,27 @@ from typing import Any
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset
 from geohue.errors import GeohueError
+from geohue.plugins import Registry
 from geohue.read.files import broken, reason
 
-LAYOUTS = (
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How frames lie in the folders of a data set.
+
+    Attributes
+    ----------
+    matches : callable
+        From a folder or file to whether it has the layout.
+    load : callable
+        From it to a `Dataset`: a list of frames, of which no picture has been read.
+    """
+
+    matches: Callable[[Path], bool]
+    load: Callable[[Path], Dataset]
+
+
+_NAMES = (
     "tum",
     "bop",
     "scannet",
@@ -28,7 +46,58 @@ LAYOUTS = (
     "open3d",
     "pairs",
 )
-"""Names of the layouts, the most particular first: each is a module with `matches` and `load`."""
+
+
+def _own(name: str) -> Layout:
+    """Return one of ours, whose module is imported when it is used."""
+    return Layout(lambda path: _module(name).matches(path), lambda path: _module(name).load(path))
+
+
+LAYOUTS: Registry[Layout] = Registry(
+    "layouts",
+    {name: _own(name) for name in _NAMES},
+    lambda value: isinstance(value, Layout),
+    "a Layout",
+)
+"""The layouts by name, the most particular of ours first, those of plugins after them."""
+
+
+def register_layout(name: str, layout: Layout) -> Layout:
+    """Let data sets of another layout be read wherever a data set can be given.
+
+    Parameters
+    ----------
+    name : str
+        A new name, in lower case.
+    layout : Layout
+        Where no layout is named it is asked before those of geohue.
+
+    Returns
+    -------
+    Layout
+        The layout itself.
+
+    Raises
+    ------
+    GeohueError
+        For a name that is taken.
+
+    Examples
+    --------
+    >>> from geohue.datasets import Frame
+    >>> def load(folder):
+    ...     files = sorted(folder.glob("*.color"))
+    ...     return Dataset("mine", folder, [Frame(file.stem, file, None) for file in files])
+    >>> layout = register_layout("mine", Layout(lambda path: path.suffix == ".mine", load))
+    >>> folder = getfixture("tmp_path") / "set.mine"
+    >>> folder.mkdir(); (folder / "a.color").touch()
+    >>> guess_layout(folder), len(open_dataset(folder))
+    ('mine', 1)
+    >>> LAYOUTS.remove("mine")
+    """
+    LAYOUTS.add(name, layout)
+    return layout
+
 
 _ALIASES = {
     "redwood": "open3d",
@@ -92,7 +161,7 @@ def open_dataset(
     if name not in LAYOUTS:
         raise GeohueError(f"layout {layout!r}: choose one of {', '.join(LAYOUTS)}")
     try:
-        data: Dataset = _module(name).load(folder)
+        data = LAYOUTS[name].load(folder)
     except OSError as error:
         raise broken(path, f"cannot be read ({reason(error)}); check its permissions") from error
     except GeohueError as error:
@@ -115,13 +184,13 @@ def guess_layout(folder: Path) -> str | None:
             "is an Azure Kinect recording, which only the device's own library reads; export its "
             "frames first (Open3D's azure_kinect_mkv_reader)",
         )
-    return next((name for name in LAYOUTS if _matches(name, folder)), None)
+    order = (*LAYOUTS.foreign(), *LAYOUTS.own)
+    return next((name for name in order if _matches(name, folder)), None)
 
 
 def _matches(name: str, folder: Path) -> bool:
     try:
-        matches: Callable[[Path], bool] = _module(name).matches
-        return matches(folder)
+        return LAYOUTS[name].matches(folder)
     except OSError:
         return False
 

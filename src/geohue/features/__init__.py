@@ -6,7 +6,14 @@ from geohue.features.cue import Cue
 from geohue.features.features import Features, extract_features
 from geohue.features.normalize import FLOOR, SAME_COLOR, SAME_PLACE, normalized
 from geohue.features.raw import Raw
-from geohue.features.registry import CUES, check_cues, known_cues, register_cue, remove_cue
+from geohue.features.registry import (
+    CUES,
+    check_cues,
+    cue_columns,
+    known_cues,
+    register_cue,
+    remove_cue,
+)
 
 __all__ = [
     "CUES",
@@ -19,6 +26,7 @@ __all__ = [
     "Raw",
     "Side",
     "check_cues",
+    "cue_columns",
     "extract_features",
     "known_cues",
     "lab_of",

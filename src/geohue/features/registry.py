@@ -5,6 +5,7 @@ from __future__ import annotations
 from geohue.errors import GeohueError
 from geohue.features.cue import Cue
 from geohue.features.paper import COLOR, GEOMETRY, SECOND_VIEW
+from geohue.plugins import Registry
 
 CUES: tuple[str, ...] = ("fusion", "color", "geometry")
 """The paper's choices; cues of one's own are added to one of them: "fusion+normals"."""
@@ -14,7 +15,20 @@ _SETS: dict[str, tuple[Cue, ...]] = {
     "color": (COLOR, SECOND_VIEW),
     "geometry": (GEOMETRY,),
 }
-_ADDED: dict[str, Cue] = {}
+
+
+def _is_cue(value: object) -> bool:
+    return (
+        isinstance(value, Cue)
+        and "+" not in value.name
+        and value.name not in _SETS
+        and value.share > 0
+    )
+
+
+_ADDED: Registry[Cue] = Registry(
+    "cues", {}, _is_cue, "a Cue with a new name without a plus sign, and a share above 0"
+)
 
 
 def register_cue(cue: Cue) -> Cue:
@@ -46,22 +60,33 @@ def register_cue(cue: Cue) -> Cue:
     ['color', 'geometry', 'height']
     >>> remove_cue("height")
     """
-    if not cue.name or "+" in cue.name or cue.name in _SETS or cue.name in _ADDED:
-        raise GeohueError(f"cue {cue.name!r}: the name is taken, empty or has a plus sign")
     if not cue.share > 0:
         raise GeohueError(f"cue {cue.name!r}: share is {cue.share!r}; expected a number above 0")
-    _ADDED[cue.name] = cue
+    if not cue.name or "+" in cue.name or cue.name in _SETS or cue.name in _ADDED:
+        raise GeohueError(f"cue {cue.name!r}: the name is taken, empty or has a plus sign")
+    _ADDED.add(cue.name, cue)
     return cue
 
 
 def remove_cue(name: str) -> None:
     """Forget a cue that was registered."""
-    _ADDED.pop(name, None)
+    _ADDED.remove(name)
 
 
 def known_cues() -> tuple[str, ...]:
     """Return what ``cues=`` takes, and can be joined with a plus sign."""
     return (*CUES, *_ADDED)
+
+
+def cue_columns() -> tuple[str, ...]:
+    """Return what "all" cues are in a comparison: the paper's, and each other one beside both.
+
+    Examples
+    --------
+    >>> cue_columns()[:3]
+    ('fusion', 'color', 'geometry')
+    """
+    return (*CUES, *(f"fusion+{name}" for name in _ADDED))
 
 
 def cues_named(cues: str) -> tuple[Cue, ...]:

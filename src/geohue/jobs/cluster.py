@@ -14,13 +14,14 @@ from typing import Any
 from geohue._version import __version__
 from geohue.errors import GeohueError
 from geohue.jobs.crew import LOOK_S, Crew
-from geohue.jobs.outcome import DIED, Job, Outcome, Result, attempt, error_text
+from geohue.jobs.outcome import Job, Outcome, Result, attempt, error_text
 from geohue.read.extras import optional
 from geohue.read.files import reason
 
 CONNECT_S = 5.0
 """Seconds in which a scheduler must answer."""
 
+_DIED = "the process died (out of memory?)"
 _TURN = Lock()  # one job at a time in a process, whose threads share limits and warning filters
 
 
@@ -73,7 +74,7 @@ def run_on_cluster(
             alone: list[Job] = []
             yield from _stream(crew, function, [job], alone)
             for victim in alone:
-                yield Outcome(victim, None, DIED)
+                yield Outcome(victim, None, _DIED)
 
 
 @contextmanager

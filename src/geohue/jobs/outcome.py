@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Generic, NamedTuple, TypeVar
 
+from geohue.errors import GeohueError
+
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-
-DIED = "the process died (out of memory?)"
-"""Error of a job that took every process down that it ran in."""
 
 
 class Outcome(NamedTuple, Generic[Job, Result]):
@@ -19,6 +18,11 @@ class Outcome(NamedTuple, Generic[Job, Result]):
     job: Job
     result: Result | None
     error: str | None
+
+    @property
+    def reason(self) -> str:
+        """What went wrong, to be read by the user: an error of ours without its class."""
+        return (self.error or "").removeprefix(f"{GeohueError.__name__}: ")
 
 
 def attempt(function: Callable[[Job], Result], job: Job) -> Outcome[Job, Result]:
@@ -30,14 +34,14 @@ def attempt(function: Callable[[Job], Result], job: Job) -> Outcome[Job, Result]
     "TypeError: object of type 'int' has no len()"
     """
     try:
-        with _one_thread():
+        with one_thread():
             return Outcome(job, function(job), None)
     except Exception as error:
         return Outcome(job, None, error_text(error))
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
+def one_thread() -> Iterator[None]:
     """Keep the numerical libraries to one thread each, for a while."""
     import cv2
     from threadpoolctl import threadpool_limits

@@ -9,15 +9,20 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from geohue._version import __version__
 from geohue.errors import GeohueError
 from geohue.jobs.ledger import Ledger, Row
 from geohue.jobs.lock import only_run
-from geohue.jobs.pool import run_jobs
+from geohue.jobs.machine import describe_machine
+from geohue.jobs.pool import check_timeout, run_jobs
 from geohue.read.files import broken, read_bytes, reason
 from geohue.results.atomic import atomic_write
 
 SETTINGS = "run.json"
 """The file that says what a folder's run was asked to do."""
+
+Progress = Callable[[int, int, str], None]
+"""Called with the number of jobs done, their number in all, and a line about the last."""
 
 _TABLE = "table"  # what tells runs of different commands apart
 
@@ -54,32 +59,36 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where the jobs run: `processes` and `scheduler` as of `run_jobs`."""
+    """Where the jobs run, and how long each may take: as of `run_jobs`."""
 
     processes: int = 1
     scheduler: str | None = None
+    timeout: float | None = None
+
+    def __post_init__(self) -> None:
+        check_timeout(self.timeout, self.scheduler)
 
 
 def run_table(
     folder: Path,
     table: Table,
     settings: Mapping[str, Any],
-    notes: Mapping[str, Any],
     function: Callable[[KeyedJob], Mapping[str, Any]],
     jobs: Sequence[KeyedJob],
     place: Place,
     *,
     resume: bool = False,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[Row]:
     """Run every job that has no row yet, each a row of a folder's table as it ends.
 
     Parameters
     ----------
     folder : Path
+        Receives the table and `SETTINGS`, in which the version and the machine stand, too.
     table : Table
-    settings, notes : mapping
-        As of `open_run`.
+    settings : mapping
+        What must not change within a run, beside the version; ready for JSON.
     function : callable
         Returns the cells of a job's row but for its key and error.
     jobs : sequence of Keyed
@@ -87,7 +96,7 @@ def run_table(
     resume : bool
         Go on with what is in `folder`: rows are kept, failures tried once more.
     progress : callable, optional
-        Called with the number of jobs done, their number in all, and a line about the last.
+        See `Progress`.
 
     Returns
     -------
@@ -100,11 +109,12 @@ def run_table(
         As `open_run`, `only_run` and `run_jobs` do.
     """
     with only_run(folder):
-        open_run(folder, table.name, settings, notes, resume)
+        asked, notes = {"version": __version__, **settings}, {"machine": describe_machine()}
+        open_run(folder, table.name, asked, notes, resume)
         ledger = Ledger(folder / table.name, table.fields, table.keys)
         done = {key for key, row in ledger.rows().items() if not row["error"]}
         todo = [job for job in jobs if job.key not in done]
-        outcomes = run_jobs(function, todo, place.processes, place.scheduler)
+        outcomes = run_jobs(function, todo, place.processes, place.scheduler, place.timeout)
         for count, outcome in enumerate(outcomes, start=len(jobs) - len(todo) + 1):
             key, error = outcome.job.key, outcome.error or ""
             named = dict(zip(table.keys, key, strict=True))

@@ -16,7 +16,8 @@ from geohue.ncut.cutter import Cutter
 from geohue.ncut.model import CutModel
 from geohue.prepared import PreparedScene
 from geohue.scene import Scene
-from geohue.segmentation.choice import Chooser, Count, Weight, check_count
+from geohue.segmentation.arguments import Count, Weight
+from geohue.segmentation.choice import Chooser, check_count
 from geohue.segmentation.result import StageClock
 from geohue.settings import Preset
 from geohue.weight.quality import QualityMetric

@@ -22,7 +22,7 @@ def draw(folder: Path, sample: NDArray[np.void], fitted: Fitted, result: FileSeg
     labels = fitted.labels(sample["xyz"], sample["rgb"])
     scene = Scene.from_cloud(sample["xyz"], sample["rgb"])
     write_png(folder / "overlay.png", picture(scene, labels))
-    if not result.weight_curve:
+    if len(result.weight_curve) < 2:
         return
     seen = Segmentation(
         labels,

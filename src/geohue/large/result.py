@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from geohue._version import __version__
+from geohue.segmentation.words import weight_in_words
 from geohue.settings import PAPER_METHOD
 from geohue.weight.search import Curve
 
@@ -65,6 +66,7 @@ class FileSegmentation:
             "seed": self.seed,
             "k": self.k,
             "weight": self.weight if math.isfinite(self.weight) else None,
+            "weight_in_words": weight_in_words(self.weight),
             "quality": self.quality,
             "weight_curve": [[float(w), float(q)] for w, q in self.weight_curve],
             "n_points": self.n_points,

@@ -21,14 +21,16 @@ from geohue.large.result import FileSegmentation
 from geohue.large.sample import SAMPLE
 from geohue.large.stages import JobRunner, Progress, Question, decide, label_all, measure_all
 from geohue.large.state import State, has_state
-from geohue.large.targets import plan_targets, publish
+from geohue.large.targets import part_of, plan_targets, publish, write_las_files
 from geohue.read.clouds.chunk import Chunks
 from geohue.read.clouds.chunks import open_chunks
 from geohue.read.files import broken, read_bytes
-from geohue.results.atomic import atomic_write
-from geohue.segmentation.choice import Weight, check_arguments, shortfalls
+from geohue.results.folder import IN_PIECES, check_result_folder
+from geohue.results.numbering import numbering
+from geohue.segmentation.arguments import SegmentArguments, Weight
+from geohue.segmentation.choice import shortfalls
 from geohue.segmentation.result import StageClock
-from geohue.settings import PAPER_METHOD, Preset, preset_named
+from geohue.settings import Preset, preset_named
 
 
 def segment_file(
@@ -45,6 +47,8 @@ def segment_file(
     scheduler: str | None = None,
     resume: bool = False,
     formats: Sequence[str] = (),
+    lean: bool = False,
+    overwrite: bool = False,
     progress: Progress | None = None,
 ) -> FileSegmentation:
     """Split a coloured cloud of any size into its parts.
@@ -76,7 +80,12 @@ def segment_file(
         Go on with a run in `out` that was killed; finished stretches are not done again. With
         another k, weight, preset or format, those of the first pass are not.
     formats : sequence of str
-        More files: ``"ply"`` for ``segmented.ply``.
+        More files: ``"ply"``, ``"las"`` or ``"laz"`` for ``segmented.ply`` and so on. LAS and LAZ
+        of a LAS or LAZ file keep all that is in it.
+    lean : bool
+        Leave out the pictures.
+    overwrite : bool
+        Whether to write into a folder that has other files than an earlier result.
     progress : callable, optional
         Called as stretches are finished.
 
@@ -113,6 +122,7 @@ def segment_file(
         finished = _finished(folder, identity)
         if finished is not None:
             return finished
+    check_result_folder(folder, IN_PIECES, overwrite=overwrite)
     with only_run(folder):
         state, clock = State(folder, identity, resume), StageClock()
         with clock.stage("measure"):
@@ -120,13 +130,18 @@ def segment_file(
         fitted, decision = decide(source, state, moments, question, clock, runner)
         with clock.stage("label"):
             counts = label_all(source, state, fitted, targets, runner)
-        publish(targets)
         name = preset if isinstance(preset, str) else "custom"
         result = _result(folder, source, question, name, fitted, decision, counts, clock)
-        draw(folder, state.sample(), fitted, result)
-        with atomic_write(folder / RESULT) as temporary:
-            content = result.summary() | {"run": identity}
-            temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        others = state.fresh_folder()
+        if not lean:
+            draw(others, state.sample(), fitted, result)
+        labels = next(iter(targets))
+        labels = part_of(labels) if part_of(labels).exists() else labels
+        write_las_files(others, source, labels, formats)
+        files = [file.name for file in (*targets, *others.iterdir())]
+        content = result.summary() | {"numbering": numbering(files), "run": identity}
+        (others / RESULT).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        publish(folder, targets, {file.name: file for file in others.iterdir()})
         state.end()
         return result
 
@@ -135,7 +150,7 @@ RESULT = "result.json"
 
 
 def _check(question: Question, processes: int | None) -> None:
-    check_arguments(question.k, question.weight, question.seed, PAPER_METHOD)
+    SegmentArguments(k=question.k, weight=question.weight, seed=question.seed)  # checks them
     if question.weight in ("consensus", "merge"):
         raise GeohueError(
             f'weight="{question.weight}" needs the whole cloud in memory, and this one goes '

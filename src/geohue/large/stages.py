@@ -21,7 +21,7 @@ from geohue.large.targets import clear_parts, prepare
 from geohue.read.clouds.chunk import Chunks
 from geohue.read.files import broken
 from geohue.scene import Scene
-from geohue.segmentation.choice import Weight
+from geohue.segmentation.arguments import Weight
 from geohue.segmentation.result import StageClock
 from geohue.settings import Preset
 
@@ -96,11 +96,11 @@ class JobRunner:
                 yield outcome.job, outcome.result
             rest = [outcome.job for outcome in failed]
         if failed:
-            job, _, error = failed[0]
-            text = (error or "").removeprefix("GeohueError: ")
+            first = failed[0]
             raise GeohueError(
-                f"{len(failed)} of {len(jobs)} stretches failed, the first at point {job.start} "
-                f"({text}); the others are kept: mend it and go on with --resume"
+                f"{len(failed)} of {len(jobs)} stretches failed, the first at point "
+                f"{first.job.start} ({first.reason}); the others are kept: mend it and go on with "
+                "--resume"
             )
 
     def tell(self, stage: str, done: int, n_points: int) -> None:

@@ -144,6 +144,13 @@ class State:
         self._labelled.path.unlink()
         self._labelled = Ledger(self._labelled.path, ("start", "counts"), ("start",))
 
+    def fresh_folder(self) -> Path:
+        """Return an empty folder for files that are to appear at the end."""
+        folder = self.folder / "whole"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        return folder
+
     def end(self) -> None:
         """Remove the state of a finished run, first what says that there is one."""
         (self.folder / _SETTINGS).unlink()

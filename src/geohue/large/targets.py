@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import io
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.lib import format as npy
 
 from geohue.errors import GeohueError
-from geohue.large.passes import Target
+from geohue.large.passes import BLOCK, Target
+from geohue.read.clouds.chunk import Chunks
 from geohue.read.files import broken, reason
+from geohue.results.folder import IN_PIECES, move_results
+from geohue.results.las import Block
+from geohue.results.ply import ply_header, ply_row
 
-FORMATS = ("ply",)
-"""What can be written beside the labels: ``segmented.ply``, all points with their labels."""
+FORMATS = ("ply", "las", "laz")
+"""What can be written beside the labels: ``segmented.ply``, ``.las`` or ``.laz``, all points with
+their labels."""
 
 _LABELS, _PLY = "labels.npy", "segmented.ply"
 _MARGIN = 64 * 2**20
@@ -42,15 +47,7 @@ def plan_targets(
         raise GeohueError(f"format {unknown[0]!r}: of a cloud read in pieces, choose {choice}")
     files = {out / _LABELS: (np.dtype([("label", "<i4")]), _npy_header(n_points))}
     if "ply" in formats:
-        row = np.dtype(
-            [
-                ("xyz", "<f8" if is_double else "<f4", 3),
-                ("rgb", "u1", 3),
-                ("label", "<i4"),
-                ("scalar_label", "<f4"),
-            ]
-        )
-        files[out / _PLY] = (row, _ply_header(n_points, is_double))
+        files[out / _PLY] = (ply_row(is_double), ply_header(n_points, is_double))
     return {
         file: (Target(part_of(file).absolute(), len(head), row), head)
         for file, (row, head) in files.items()
@@ -85,23 +82,74 @@ def prepare(target: Target, head: bytes, n_points: int) -> None:
         raise broken(target.path, cause) from error
 
 
-def publish(targets: Iterable[Path]) -> None:
-    """Give the files their names: they are whole.
+def write_las_files(
+    folder: Path, source: Chunks, labels: Path, formats: Sequence[str]
+) -> dict[str, Path]:
+    """Write the LAS and LAZ files that are asked for; returns them by their names.
+
+    One process writes: what is compressed has no place of its own for each point.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they go until all is whole.
+    source : Chunks
+        The cloud. Of a LAS or LAZ file everything is kept.
+    labels : Path
+        NPY with the label of each point.
+    formats : sequence of str
+
+    Raises
+    ------
+    GeohueError
+        If a file cannot be written.
+    """
+    from geohue.results.las import write_las_blocks
+    from geohue.results.las_copy import is_las, write_las_like
+
+    found = np.load(labels, mmap_mode="r")
+
+    def blocks() -> Iterator[Block]:
+        for start in range(0, source.n_points, BLOCK):
+            stop = min(start + BLOCK, source.n_points)
+            yield *source.read(start, stop), found[start:stop]
+        source.close()
+
+    files = dict[str, Path]()
+    for name in (f"segmented.{ending}" for ending in ("las", "laz") if ending in formats):
+        files[name] = folder / name
+        if is_las(source.path):
+            write_las_like(files[name], source.path, found)
+        else:
+            write_las_blocks(files[name], blocks)
+    return files
+
+
+def publish(out: Path, parts: Iterable[Path], others: Mapping[str, Path]) -> None:
+    """Give the files their names: they are whole, and replace those of an earlier run.
+
+    Parameters
+    ----------
+    out : Path
+        The folder of the results.
+    parts : iterable of Path
+        Files that the jobs filled in; those that have their names already stay.
+    others : dict of str to Path
+        The other files by their names.
 
     Raises
     ------
     GeohueError
         If something that has such a name cannot be replaced.
     """
-    for file in targets:
-        part = part_of(file)
-        if not part.exists():
-            continue
-        try:
-            part.replace(file)
-        except OSError as error:
-            cause = f"cannot be replaced ({reason(error)}); close or remove it and resume"
-            raise broken(file, cause) from error
+    new = dict(others)
+    for file in parts:
+        new[file.name] = part_of(file) if part_of(file).exists() else file
+    try:
+        move_results(new, out, IN_PIECES)
+    except OSError as error:
+        cause = f"cannot be replaced ({reason(error)}); close or remove it and resume"
+        raise broken(error.filename2 or error.filename or out, cause) from error
 
 
 def _npy_header(n_points: int) -> bytes:
@@ -110,12 +158,3 @@ def _npy_header(n_points: int) -> bytes:
         header, {"descr": "<i4", "fortran_order": False, "shape": (n_points,)}
     )
     return header.getvalue()
-
-
-def _ply_header(n_points: int, is_double: bool) -> bytes:
-    kind = "double" if is_double else "float"
-    names = [f"{kind} x", f"{kind} y", f"{kind} z"]
-    names += ["uchar red", "uchar green", "uchar blue", "int label", "float scalar_label"]
-    properties = "".join(f"property {name}\n" for name in names)
-    start = "ply\nformat binary_little_endian 1.0\n"
-    return f"{start}element vertex {n_points}\n{properties}end_header\n".encode()

@@ -1,8 +1,8 @@
 """How alike two partitions are, by their regions: information, pairs and overlap.
 
-Each measure is defined on the contingency table n_ij = pixels in predicted region i and true
-region j; the marginals are n_i. and n_.j, their sum is n. See `contingency_table` for what
-`ignore` and `keep_unlabelled` leave out.
+Each measure is defined on the contingency table ``n_ij``: pixels in predicted region i and true
+region j. The marginals are ``n_i.`` and ``n_.j``, their sum is ``n``. See
+`contingency_table` for what `ignore` and `keep_unlabelled` leave out.
 """
 
 from __future__ import annotations

@@ -8,22 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
 from geohue.read.extras import optional
-from geohue.results.atomic import atomic_write
-from geohue.results.borders import paint_borders
+from geohue.results.borders import border_picture
 from geohue.results.curve import draw_weight_curve
+from geohue.results.folder import SEGMENTATION, whole_folder
 from geohue.results.levels import write_levels
+from geohue.results.numbering import MOST_IN_PNG, numbering
 from geohue.results.picture import paint, picture
+from geohue.results.places import places_of
 from geohue.results.ply import write_ply
 from geohue.results.png import write_png
 from geohue.scene import Scene
 from geohue.segmentation.result import Segmentation
-
-_LABEL_LIMIT = np.iinfo(np.uint16).max - 1
-
 
 FORMATS = ("ply", "pcd", "las", "laz", "coco", "segments")
 """What can be asked for: ``segmented.ply`` (a usual file, unless lean), ``segmented.pcd``,
@@ -38,13 +36,14 @@ def write_results(
     formats: Sequence[str] = (),
     *,
     lean: bool = False,
+    overwrite: bool = False,
 ) -> list[Path]:
-    """Write labels, pictures, the labelled cloud and the summary.
+    """Write labels, pictures, the labelled cloud and the summary, all of them or nothing.
 
     Parameters
     ----------
     folder : str or Path
-        Made if it does not exist; files of an earlier run are replaced, each in one step.
+        Made if it does not exist; an earlier result in it is replaced whole (`whole_folder`).
     scene : Scene
         What was segmented.
     seg : Segmentation
@@ -54,64 +53,72 @@ def write_results(
     lean : bool
         Leave out the pictures, ``levels.npz`` and, if it is not among `formats`,
         ``segmented.ply``.
+    overwrite : bool
+        Whether to write into a folder that has other files than an earlier result.
 
     Returns
     -------
     list of Path
         ``labels.png`` for a grid (16 bit, 0 = no label, segments from 1) and ``labels.npy`` for
-        a cloud (int32, -1 = no label), ``overlay.png``, ``segmented.ply`` if there is geometry,
-        ``levels.npz`` (`write_levels`) and, for a grid, ``borders.png`` (`paint_borders`) where
-        regions were merged, ``weight_curve.png`` where weights were tried, those of `formats` and,
-        last, ``result.json``.
+        a cloud or more than 65,535 segments (int32, -1 = no label), ``overlay.png``,
+        ``segmented.ply`` if there is geometry, ``levels.npz`` (`write_levels`) where regions were
+        merged, ``borders.png`` (`paint_borders`) where they were or cuts voted, for a grid,
+        ``weight_curve.png`` where several weights were tried, those of `formats` and, last,
+        ``result.json``.
 
     Raises
     ------
     GeohueError
-        If the folder cannot be written to, there are more segments than 16 bits can tell, or a
-        format is unknown, does not fit the scene or needs a library that is missing.
+        If the folder cannot be written to or has other files, or a format is unknown, does not fit
+        the scene or needs a library that is missing.
     """
     target = Path(folder)
     extra = _writers(target, scene, seg, formats)
-    files: list[Path] = []
-    if scene.is_grid:
-        if seg.k > _LABEL_LIMIT:
-            raise GeohueError(f"{seg.k} segments: labels.png holds at most {_LABEL_LIMIT}")
-        files.append(target / "labels.png")
-        write_png(files[-1], (seg.labels + 1).astype(np.uint16))
-    if scene.depth is None and not (scene.is_grid and not scene.valid.any()):
-        files.append(target / "labels.npy")
-        with atomic_write(files[-1]) as temporary:
-            np.save(temporary, seg.labels)
-    if not lean:
-        files += _write_views(target, scene, seg)
-    for file, write in extra:
-        if file not in files:
-            write(file)
-            files.append(file)
-    files.append(target / "result.json")
-    with atomic_write(files[-1]) as temporary:
-        temporary.write_text(json.dumps(seg.summary(), indent=2) + "\n", encoding="utf-8")
-    return files
+    with whole_folder(folder, overwrite=overwrite) as new:
+        names = _write_labels(new, scene, seg)
+        if not lean:
+            names += _write_views(new, scene, seg)
+        for name, write in extra:
+            if name not in names:
+                write(new / name)
+                names.append(name)
+        names.append(SEGMENTATION.mark)
+        content = seg.summary() | {"numbering": numbering(names)}
+        text = json.dumps(content, indent=2) + "\n"
+        (new / names[-1]).write_text(text, encoding="utf-8")
+    return [target / name for name in names]
 
 
-def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[Path]:
+def _write_labels(target: Path, scene: Scene, seg: Segmentation) -> list[str]:
+    names = []
+    if scene.is_grid and seg.k <= MOST_IN_PNG:
+        names.append("labels.png")
+        write_png(target / names[-1], (seg.labels + 1).astype(np.uint16))
+    organised = scene.is_grid and scene.depth is None and scene.valid.any()
+    if not names or organised:
+        names.append("labels.npy")
+        np.save(target / names[-1], seg.labels)
+    return names
+
+
+def _write_views(target: Path, scene: Scene, seg: Segmentation) -> list[str]:
     """Write what is there to be looked at, and the levels."""
-    files = [target / "overlay.png"]
-    write_png(files[-1], picture(scene, seg.labels))
-    known = np.isfinite(scene.points[..., 2])
-    if known.any():
-        files.append(target / "segmented.ply")
-        write_ply(files[-1], scene.points[known], scene.colors[known], seg.labels[known])
+    names = ["overlay.png"]
+    write_png(target / names[-1], picture(scene, seg.labels))
+    if np.isfinite(scene.points[..., 2]).any():
+        names.append("segmented.ply")
+        _write_ply(target / names[-1], scene, seg)
+    borders = border_picture(scene, seg)
+    if borders is not None:
+        names.append("borders.png")
+        write_png(target / names[-1], borders)
     if seg.levels is not None:
-        if scene.is_grid:
-            files.append(target / "borders.png")
-            write_png(files[-1], paint_borders(scene.colors, seg.levels))
-        files.append(target / "levels.npz")
-        write_levels(files[-1], seg.levels)
-    if seg.weight_curve:
-        files.append(target / "weight_curve.png")
-        draw_weight_curve(files[-1], seg)
-    return files
+        names.append("levels.npz")
+        write_levels(target / names[-1], seg.levels)
+    if len(seg.weight_curve) > 1:
+        names.append("weight_curve.png")
+        draw_weight_curve(target / names[-1], seg)
+    return names
 
 
 _Writer = Callable[[Path], None]
@@ -119,22 +126,20 @@ _Writer = Callable[[Path], None]
 
 def _writers(
     target: Path, scene: Scene, seg: Segmentation, formats: Sequence[str]
-) -> list[tuple[Path, _Writer]]:
-    """Return each file of `formats` with what writes it, after all that could be wrong."""
+) -> list[tuple[str, _Writer]]:
+    """Return name and writer of each file of `formats`, after all that could be wrong."""
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise GeohueError(f"format {unknown[0]!r}: choose among {', '.join(FORMATS)}")
-    known = np.isfinite(scene.points[..., 2])
     writers: dict[str, tuple[str, _Writer]] = {}
     if scene.is_grid:
         writers["coco"] = ("coco.json", lambda file: _write_coco(file, seg))
         writers["segments"] = ("segments.png", lambda file: write_png(file, paint(seg.labels)))
-    if known.any():
-        columns = scene.points[known], scene.colors[known], seg.labels[known]
-        writers["ply"] = ("segmented.ply", lambda file: write_ply(file, *columns))
+    if np.isfinite(scene.points[..., 2]).any():
+        writers["ply"] = ("segmented.ply", lambda file: _write_ply(file, scene, seg))
         writers["pcd"] = ("segmented.pcd", lambda file: _write_pcd(file, scene, seg))
-        writers["las"] = ("segmented.las", lambda file: _write_las(file, *columns))
-        writers["laz"] = ("segmented.laz", lambda file: _write_las(file, *columns))
+        writers["las"] = ("segmented.las", lambda file: _write_las(file, scene, seg))
+        writers["laz"] = ("segmented.laz", lambda file: _write_las(file, scene, seg))
     wanted = list(dict.fromkeys(formats))
     missing = [name for name in wanted if name not in writers]
     if missing:
@@ -145,7 +150,7 @@ def _writers(
             optional("laspy", "clouds", target / f"segmented.{name}")
         if name == "laz":
             optional("lazrs", "clouds", target / "segmented.laz")
-    return [(target / writers[name][0], writers[name][1]) for name in wanted]
+    return [writers[name] for name in wanted]
 
 
 def _write_coco(file: Path, seg: Segmentation) -> None:
@@ -162,9 +167,21 @@ def _write_pcd(file: Path, scene: Scene, seg: Segmentation) -> None:
     write_pcd(file, scene.points[use], scene.colors[use], seg.labels[use])
 
 
-def _write_las(
-    file: Path, points: NDArray[np.float32], colors: NDArray[np.uint8], labels: NDArray[np.int32]
-) -> None:
-    from geohue.results.las import write_las
+def _write_ply(file: Path, scene: Scene, seg: Segmentation) -> None:
+    """Write a cloud as it is in its file, and the points of a grid that have a position."""
+    use: Any = np.isfinite(scene.points[..., 2]) if scene.is_grid else ...
+    points = places_of(scene)
+    is_double = points.dtype == np.float64
+    write_ply(file, points[use], scene.colors[use], seg.labels[use], double=is_double)
 
-    write_las(file, points, colors, labels)
+
+def _write_las(file: Path, scene: Scene, seg: Segmentation) -> None:
+    """Add the segments to the LAS file that the scene came from, or make a new one."""
+    from geohue.results.las import write_las
+    from geohue.results.las_copy import is_las, write_las_like
+
+    if scene.source is not None and is_las(scene.source):
+        write_las_like(file, scene.source, seg.labels)
+        return
+    known = np.isfinite(scene.points[..., 2])
+    write_las(file, places_of(scene)[known], scene.colors[known], seg.labels[known])

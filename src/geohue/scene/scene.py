@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -56,6 +57,11 @@ class Scene:
         (`colors` has the nearest point's), and take no part in the segmentation.
     normals : float32, shape of `points`, or None
         Surface normals of length 1 that came with a cloud; NaN in all three where there is none.
+    offset : (float, float, float)
+        What was taken from the coordinates of a cloud: not zero for map coordinates, which float32
+        would blur.
+    source : Path or None
+        The cloud's file, whose points are those of the scene in its order.
     """
 
     colors: NDArray[np.uint8]
@@ -66,6 +72,8 @@ class Scene:
     warnings: tuple[str, ...] = ()
     unseen: NDArray[np.bool_] | None = None
     normals: NDArray[np.float32] | None = None
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    source: Path | None = None
 
     @classmethod
     def from_rgbd(
@@ -164,7 +172,8 @@ class Scene:
                 "expected (N, 3) or (H, W, 3) numbers"
             )
         rgb = check_cloud_colors(np.asarray(colors), xyz.shape)
-        return cls(rgb, centered(xyz), normals=check_normals(normals, xyz.shape))
+        near, offset = centered(xyz)
+        return cls(rgb, near, normals=check_normals(normals, xyz.shape), offset=offset)
 
     @classmethod
     def from_stereo(
@@ -388,7 +397,7 @@ class Scene:
 
     def take(self, positions: NDArray[np.int64]) -> Scene:
         """Return the scene at some flat positions, in the shape of `positions`."""
-        changes: dict[str, Any] = {}
+        changes: dict[str, Any] = {"source": None}
         for name in ("colors", "points", "depth", "second_colors", "unseen", "normals"):
             values = getattr(self, name)
             if values is not None:

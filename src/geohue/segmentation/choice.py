@@ -4,31 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geohue.consensus import Consensus, find_consensus, make_voters
 from geohue.errors import GeohueError
-from geohue.merge.levels import Detail, threshold_of
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene
 from geohue.regions.images import merge_small_regions
 from geohue.scene import Scene
+from geohue.segmentation.arguments import Count, Weight
 from geohue.segmentation.clusterers import Clusterer
-from geohue.settings import PAPER_METHOD, WeightSettings
-from geohue.settings.checks import is_whole
-from geohue.settings.weight import WEIGHT_RULES, WeightRule
+from geohue.settings import WeightSettings
 from geohue.weight.agreement import weight_by_agreement
 from geohue.weight.quality import QualityMetric
 from geohue.weight.search import Curve, search_weight
-
-K_LIMIT = 255
-"""Most segments that may be asked for."""
-
-Count = int | Literal["auto"]
-Weight = float | Literal["auto"] | WeightRule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,24 +111,6 @@ class Chooser:
         return None if isinstance(weight, str) else float(weight)
 
 
-def check_arguments(k: Count, weight: Weight, seed: int, method: str) -> None:
-    """Raise `GeohueError` unless these are as `segment` takes them."""
-    if k != "auto" and not (is_whole(k) and 1 <= k <= K_LIMIT):
-        raise GeohueError(f'k is {k!r}: expected "auto" or a whole number from 1 to {K_LIMIT}')
-    named = ("auto", *WEIGHT_RULES)
-    if weight not in named and not (isinstance(weight, int | float | np.number) and weight >= 0):
-        raise GeohueError(f"weight is {weight!r}: expected {', '.join(named)}, or at least 0")
-    if weight == "consensus" and k != "auto":
-        raise GeohueError(
-            'weight="consensus" finds the number of segments itself: leave k="auto", or choose '
-            'weight="agreement"'
-        )
-    if weight == "consensus" and method != PAPER_METHOD:
-        raise GeohueError(f'weight="consensus" is for method "{PAPER_METHOD}", not {method!r}')
-    if not (is_whole(seed) and seed >= 0):
-        raise GeohueError(f"seed is {seed!r}: expected a whole number of at least 0")
-
-
 def check_count(n_points: int, k: Count) -> None:
     """Raise `GeohueError` if there are fewer points than segments."""
     if k != "auto" and n_points < k:
@@ -151,17 +124,3 @@ def shortfalls(found: int, wanted: int, components: bool) -> list[str]:
     if found < wanted and not components:
         return [f"{found} segment(s) instead of {wanted}: the others were empty or too small"]
     return []
-
-
-def check_detail(detail: Detail, k: Count, merges: bool) -> None:
-    """Raise `GeohueError` unless a degree of detail can be had where it is asked for."""
-    threshold_of(detail)
-    if detail == "auto":
-        return
-    if not merges:
-        raise GeohueError(
-            f"detail is {detail!r}, but only merged regions have levels: "
-            'take the preset "best" or "fast", and leave the weight and the method to it'
-        )
-    if k != "auto":
-        raise GeohueError(f"detail is {detail!r} and k is {k}: give one of them")

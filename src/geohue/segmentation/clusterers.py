@@ -10,13 +10,21 @@ from numpy.typing import NDArray
 from geohue.baselines import BASELINES, Baseline
 from geohue.compute.parallel import Workers
 from geohue.errors import GeohueError
-from geohue.features import CUES, check_cues
+from geohue.features import check_cues
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene
 from geohue.settings import PAPER_METHOD
 
-METHODS = (PAPER_METHOD, *BASELINES)
-"""Normalized cuts with the Nystrom method (the paper's), and the compared systems."""
+
+def known_methods() -> tuple[str, ...]:
+    """Return what ``method=`` takes: the paper's normalized cut, and the compared systems.
+
+    Examples
+    --------
+    >>> known_methods()[:2]
+    ('nncsc', 'kmeans')
+    """
+    return (PAPER_METHOD, *BASELINES)
 
 
 class Clusterer(Protocol):
@@ -83,14 +91,13 @@ def make_clusterer(method: str, cutter: Cutter, prepared: PreparedScene) -> Clus
 
 def check_method(method: str, cues: str, is_grid: bool) -> None:
     """Raise `GeohueError` unless the method exists and is defined for these cues and this scene."""
-    if method not in METHODS:
-        raise GeohueError(f"method {method!r}: choose one of {', '.join(METHODS)}")
+    if method != PAPER_METHOD and method not in BASELINES:
+        raise GeohueError(f"method {method!r}: choose one of {', '.join(known_methods())}")
     check_cues(cues)
     if method == PAPER_METHOD:
         return
     baseline = BASELINES[method]
-    own = cues in baseline.cues or (baseline.uses_weight and cues not in CUES)
-    if not own:
+    if not baseline.works_on(cues):
         raise GeohueError(
             f"method {method!r} is not defined for cues {cues!r}: "
             f"choose {' or '.join(map(repr, baseline.cues))}"

@@ -7,7 +7,6 @@ from dataclasses import replace
 from geohue.compute.labels import relabel
 from geohue.compute.parallel import workers
 from geohue.consensus import spread
-from geohue.errors import GeohueError
 from geohue.fill.gaps import fill_gaps
 from geohue.fill.unseen import label_unseen
 from geohue.merge.levels import Detail
@@ -15,20 +14,13 @@ from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene, prepare_scene
 from geohue.regions.images import connected_components
 from geohue.scene import Scene
-from geohue.segmentation.choice import (
-    Chooser,
-    Count,
-    Weight,
-    check_arguments,
-    check_count,
-    check_detail,
-    shortfalls,
-)
-from geohue.segmentation.clusterers import check_method, make_clusterer
+from geohue.segmentation.arguments import Count, SegmentArguments, Weight
+from geohue.segmentation.choice import Chooser, check_count, shortfalls
+from geohue.segmentation.clusterers import make_clusterer
 from geohue.segmentation.merged import merge_scene
 from geohue.segmentation.outcome import Outcome
 from geohue.segmentation.result import Progress, Segmentation, StageClock
-from geohue.settings import PAPER_METHOD, Preset, preset_named
+from geohue.settings import PAPER_METHOD, Preset
 from geohue.weight.quality import QualityMetric
 
 
@@ -105,18 +97,24 @@ def segment(
     >>> seg.k, seg.labels[0, ::15].tolist()
     (2, [0, 0, 1, 1])
     """
-    settings, clock = preset_named(preset), StageClock(progress)
-    check_arguments(k, weight, seed, method)
-    merges = merges_regions(settings, weight, method)
-    check_detail(detail, k, merges)
-    if components and not scene.is_grid:
-        raise GeohueError("components need a grid of pixels: this scene is a cloud without one")
-    check_method(method, cues, scene.is_grid)
+    asked = SegmentArguments(
+        k=k,
+        weight=weight,
+        preset=preset,
+        cues=cues,
+        method=method,
+        seed=seed,
+        detail=detail,
+        components=components,
+        fill=fill,
+    )
+    asked.check_scene(scene)
+    clock = StageClock(progress)
     with workers(threads) as team:
         with clock.stage("features"):  # Sec. II: eq. 1-5
-            prepared = prepare_scene(scene, settings, cues, seed, team)
+            prepared = prepare_scene(scene, asked.settings, cues, seed, team)
             check_count(len(prepared.features), k)
-        if merges:  # beyond the paper: many cuts vote, and regions merge on all the evidence
+        if asked.merges:  # beyond the paper: many cuts vote, and regions merge on all the evidence
             found = merge_scene(prepared, None if k == "auto" else k, detail, clock)
         else:
             found = _cut(prepared, method, k, weight, clock)
@@ -147,15 +145,12 @@ def segment(
         clock.timings(),
         tuple(notes),
         found.levels,
-        detail if merges and k == "auto" else None,
+        detail if asked.merges and k == "auto" else None,
+        scene,
+        found.border_votes(labels, prepared.positions),
+        asked.merges,
         shares=found.shares,
     )
-
-
-def merges_regions(settings: Preset, weight: Weight, method: str) -> bool:
-    """Whether regions are merged: as the preset says unless a weight is given, or on request."""
-    rule = settings.weight.rule if weight == "auto" else weight
-    return rule == "merge" and method == PAPER_METHOD
 
 
 def _cut(
@@ -174,4 +169,5 @@ def _cut(
         labels = spread(agreed.labels, prepared) if agreed else splitter.labels(lam, n)
     with clock.stage("refine"):  # Sec. III: small regions, on grids
         labels = chooser.tidied(labels, prepared.scene)
-    return Outcome(labels, lam, curve, n if splitter.uses_k and not agreed else None)
+    wanted = n if splitter.uses_k and not agreed else None
+    return Outcome(labels, lam, curve, wanted, consensus=agreed)

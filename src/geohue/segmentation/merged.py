@@ -69,7 +69,7 @@ def merge_scene(
         here = prepared.positions, prepared.scene, prepared.workers
         full = carry(regions, chosen, *here, cues, lab)
         full, tree, shares = _shown(full, tree, shares)
-    return Outcome(full, weight, [], k, _level(tree, k, detail), tree, shares)
+    return Outcome(full, weight, [], k, _level(tree, k, detail), tree, shares=shares)
 
 
 def _level(tree: MergeTree, k: int | None, detail: Detail) -> Labels:

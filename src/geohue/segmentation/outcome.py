@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.consensus import Consensus
 from geohue.merge.levels import Levels
 from geohue.merge.shares import BorderShares
 from geohue.merge.tree import MergeTree
@@ -33,6 +34,8 @@ class Outcome:
         The segment of each piece; None where the pieces are the segments.
     tree : MergeTree or None
         How the pieces merge.
+    consensus : Consensus or None
+        What the voters agreed on, where they did.
     shares : BorderShares or None
         The votes along the borders of the pieces, where cuts voted.
     """
@@ -43,6 +46,7 @@ class Outcome:
     wanted: int | None
     segment_of: Labels | None = None
     tree: MergeTree | None = None
+    consensus: Consensus | None = None
     shares: BorderShares | None = None
 
     @property
@@ -56,3 +60,12 @@ class Outcome:
     def levels(self) -> Levels | None:
         """Finer and coarser segmentations, where regions were merged."""
         return None if self.tree is None else Levels(self.regions, self.tree)
+
+    def border_votes(
+        self, labels: Labels, draft: NDArray[np.int64]
+    ) -> list[tuple[int, int, float]]:
+        """Return the share of votes along each border of the final labels, empty if nobody voted.
+
+        `draft` has the flat positions of the draft's points.
+        """
+        return [] if self.consensus is None else self.consensus.along_borders(labels.ravel()[draft])

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -13,8 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue._version import __version__
+from geohue.errors import GeohueError
 from geohue.merge.levels import Detail, Levels
 from geohue.merge.shares import BorderShares
+from geohue.scene import Scene
+from geohue.segmentation.words import told, weight_in_words
 from geohue.weight.search import Curve
 
 SUMMARY_DETAILS = (-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
@@ -24,7 +28,7 @@ Progress = Callable[[str], None]
 """Called with the name of each stage as it begins."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Segmentation:
     """The segments of a scene, and how they were found.
 
@@ -53,6 +57,13 @@ class Segmentation:
         the paper's cut and the compared systems.
     detail : float, str or None
         How fine the level is that `labels` are; None without levels, and where `k` was given.
+    scene : Scene or None
+        What was segmented, for `save` and `overlay`; None for a result that was loaded.
+    border_votes : sequence of (int, int, float)
+        With weight "consensus", two segments that touch and the share of the cuts that draw the
+        border between them, 0 to 1. Empty where no cuts voted on the segments.
+    merged : bool
+        Whether regions were merged, also where the levels were not kept (`save` with `lean`).
     shares : BorderShares or None
         The share of the votes along each border of `levels`' regions, where cuts voted.
     """
@@ -70,7 +81,146 @@ class Segmentation:
     warnings: tuple[str, ...] = ()
     levels: Levels | None = None
     detail: Detail | None = None
+    scene: Scene | None = None
+    border_votes: Sequence[tuple[int, int, float]] = ()
+    merged: bool = False
     shares: BorderShares | None = None
+
+    def __repr__(self) -> str:
+        size = " x ".join(str(side) for side in self.labels.shape)
+        what = "pixels" if self.labels.ndim == 2 else "points"
+        share = self.n_labelled / max(self.n_points, 1)
+        return (
+            f"<Segmentation: {self.in_words()}; {share:.0%} of {size} {what} labelled, "
+            f"{self.timings.get('total', 0.0):.2f} s>"
+        )
+
+    def in_words(self) -> str:
+        """Return how many segments there are, and what they go by.
+
+        Examples
+        --------
+        >>> labels = np.array([0, 1], np.int32)
+        >>> Segmentation(
+        ...     labels, 2, 0.0, None, [], "nncsc", "paper", "color", 0, {}
+        ... ).in_words()
+        '2 segments, by colour alone'
+        """
+        return told(self.k, self.weight, self.method, self.cues, self.merged)
+
+    def save(
+        self,
+        folder: str | Path,
+        formats: Sequence[str] = (),
+        *,
+        lean: bool = False,
+        overwrite: bool = False,
+    ) -> list[Path]:
+        """Write labels, pictures, the labelled cloud and the summary, as ``geohue segment -o``.
+
+        Parameters
+        ----------
+        folder : path-like
+            Made if it does not exist; an earlier result in it is replaced whole.
+        formats : sequence of str
+            More files: ``"pcd"``, ``"las"``, ``"laz"``, ``"coco"``, ``"segments"``, or ``"ply"``
+            with `lean`.
+        lean : bool
+            Write labels and ``result.json`` only, no pictures, levels or cloud.
+        overwrite : bool
+            Whether to write into a folder that has other files than an earlier result.
+
+        Returns
+        -------
+        list of Path
+            The files, ``result.json`` last. See docs/results.md.
+
+        Raises
+        ------
+        GeohueError
+            If the scene is not known, as after `load`; if the folder has other files or cannot be
+            written to; if a format does not fit the scene. Nothing is written then.
+
+        Examples
+        --------
+        >>> import geohue
+        >>> image = np.zeros((20, 30, 3), np.uint8)
+        >>> image[:, 15:] = 200
+        >>> seg = geohue.segment(geohue.Scene.from_image(image), k=2, cues="color")
+        >>> folder = getfixture("tmp_path") / "out"
+        >>> [file.name for file in seg.save(folder, lean=True)]
+        ['labels.png', 'result.json']
+        >>> bool((Segmentation.load(folder).labels == seg.labels).all())
+        True
+        """
+        from geohue.results.outputs import write_results
+
+        return write_results(
+            folder, self._known_scene("save"), self, formats, lean=lean, overwrite=overwrite
+        )
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Segmentation:
+        """Read a segmentation that `save` or ``geohue segment -o`` wrote.
+
+        Parameters
+        ----------
+        folder : path-like
+            With ``result.json`` and the labels; ``levels.npz`` is read where it is there.
+
+        Returns
+        -------
+        Segmentation
+            Without the scene, which is not among the files; seconds are rounded to 0.1 ms.
+
+        Raises
+        ------
+        GeohueError
+            If a file is missing, damaged or contradicts another one.
+        """
+        from geohue.read.results import read_segmentation
+
+        return read_segmentation(folder)
+
+    def overlay(self, image: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
+        """Return a picture of the segments.
+
+        Parameters
+        ----------
+        image : (H, W, 3) uint8, optional
+            What to tint; by default the scene.
+
+        Returns
+        -------
+        (h, w, 3) uint8
+            Of a grid the tinted image with the borders in white, or the palette alone where no
+            image is known; of a cloud the view of its broadest side.
+
+        Raises
+        ------
+        GeohueError
+            If the image is of another size, or a cloud has no scene, as after `load`.
+        """
+        from geohue.results.show import show
+
+        return show(self, image)
+
+    def _known_scene(self, what: str) -> Scene:
+        if self.scene is None:
+            raise GeohueError(
+                f"{what} needs the scene, and a segmentation that was loaded has none"
+            )
+        return self.scene
+
+    def _repr_png_(self) -> bytes | None:
+        from geohue.results.show import thumbnail
+
+        return thumbnail(self)
+
+    def _repr_html_(self) -> str:
+        from geohue.results.show import as_html
+
+        return as_html(self)
 
     @property
     def n_points(self) -> int:
@@ -92,8 +242,11 @@ class Segmentation:
             "seed": self.seed,
             "k": self.k,
             "weight": self.weight if math.isfinite(self.weight) else None,
+            "weight_in_words": weight_in_words(self.weight),
             "quality": self.quality,
             "weight_curve": [[float(w), float(q)] for w, q in self.weight_curve],
+            "border_votes": [[a, b, round(share, 4)] for a, b, share in self.border_votes],
+            "merged": self.merged,
             "detail": self.detail if self.detail is None else _plain(self.detail),
             "levels": None if self.levels is None else _levels(self.levels),
             "n_points": self.n_points,

@@ -23,10 +23,10 @@ def compile_all() -> None:
     depth[10:20, 10:20] = np.nan
     depth[0, 0] = 90.0  # points far from all others take a loop of their own
     scene = Scene.from_rgbd(rgb, depth)
-    for preset in PRESETS:
+    for preset in PRESETS.own:
         segment(scene, preset=preset)
         segment(scene, k=3, preset=preset)
-    for method, baseline in BASELINES.items():
+    for method, baseline in BASELINES.own.items():
         segment(scene, k=3, method=method, cues=baseline.cues[0])
     points = Scene.from_cloud(scene.points[scene.valid], scene.colors[scene.valid])
     segment(points, k=3)

@@ -4,7 +4,7 @@ from geohue.settings.consensus import ConsensusSettings
 from geohue.settings.cut import CutSettings
 from geohue.settings.fill import FillSettings
 from geohue.settings.merge import MergeSettings
-from geohue.settings.presets import PAPER_METHOD, PRESETS, Preset, preset_named
+from geohue.settings.presets import PAPER_METHOD, PRESETS, Preset, preset_named, register_preset
 from geohue.settings.weight import WeightSettings
 
 __all__ = [
@@ -17,4 +17,5 @@ __all__ = [
     "Preset",
     "WeightSettings",
     "preset_named",
+    "register_preset",
 ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from geohue.errors import GeohueError
+from geohue.plugins import Registry
 from geohue.settings.checks import check_share, check_whole
 from geohue.settings.consensus import ConsensusSettings
 from geohue.settings.cut import CutSettings
@@ -129,7 +130,7 @@ def _places() -> dict[str, tuple[str, str]]:
 
 _PLACES = _places()
 
-PRESETS: dict[str, Preset] = {
+_OWN_PRESETS = {
     "paper": Preset(),
     "fast": Preset(
         draft_points=6_000,
@@ -144,6 +145,42 @@ PRESETS: dict[str, Preset] = {
         fill=FillSettings("watershed"),
     ),
 }
+
+PRESETS: Registry[Preset] = Registry(
+    "presets", _OWN_PRESETS, lambda value: isinstance(value, Preset), "a Preset"
+)
+"""The presets by name, those of plugins included."""
+
+
+def register_preset(name: str, preset: Preset) -> Preset:
+    """Let ``preset=`` and `geohue benchmark` take settings by a name.
+
+    Parameters
+    ----------
+    name : str
+        A new name.
+    preset : Preset
+        The settings.
+
+    Returns
+    -------
+    Preset
+        The settings themselves.
+
+    Raises
+    ------
+    GeohueError
+        For a name that is taken.
+
+    Examples
+    --------
+    >>> rough = register_preset("rough", PRESETS["fast"].changed(draft_points=2_000))
+    >>> preset_named("rough").draft_points
+    2000
+    >>> PRESETS.remove("rough")
+    """
+    PRESETS.add(name, preset)
+    return preset
 
 
 def preset_named(preset: str | Preset) -> Preset:

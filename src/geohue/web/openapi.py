@@ -7,7 +7,7 @@ from typing import Any
 
 from geohue._version import __version__
 from geohue.datasets.samples import SAMPLES
-from geohue.segmentation.clusterers import METHODS
+from geohue.segmentation.clusterers import known_methods
 from geohue.settings import PRESETS
 from geohue.web.exports import FORMATS
 from geohue.web.intake import ENDINGS, ROLES
@@ -24,7 +24,7 @@ def about(limits: Limits) -> dict[str, Any]:
         "version": __version__,
         "samples": list(SAMPLES),
         "presets": list(PRESETS),
-        "methods": list(METHODS),
+        "methods": list(known_methods()),
         "cues": list(CUES),
         "exports": list(FORMATS),
         "endings": {role: list(endings) for role, endings in ENDINGS.items()},
@@ -208,7 +208,7 @@ def _schemas() -> dict[str, Any]:
         "weight": {"anyOf": [{"enum": list(RULES)}, number | {"minimum": 0}]},
         "detail": {"anyOf": [{"enum": list(_DETAIL_WORDS)}, number]},
         "cues": {"enum": list(CUES)},
-        "method": {"enum": list(METHODS)},
+        "method": {"enum": list(known_methods())},
         "seed": {"type": "integer", "minimum": 0, "maximum": 2**31 - 1},
         "depth_scale": text,
         "disparity_scale": text,

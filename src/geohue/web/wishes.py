@@ -128,9 +128,13 @@ def _seed(name: str, value: object) -> object:
 
 
 def _method(name: str, value: object) -> object:
-    from geohue.segmentation.clusterers import METHODS
+    from geohue.segmentation.clusterers import known_methods
 
-    return _one_of(*METHODS)(name, value)
+    return _one_of(*known_methods())(name, value)
+
+
+def _preset(name: str, value: object) -> object:
+    return _one_of(*PRESETS)(name, value)  # asked late: packages may add some
 
 
 def _matching(pattern: re.Pattern[str], wanted: str) -> Any:
@@ -143,7 +147,7 @@ def _matching(pattern: re.Pattern[str], wanted: str) -> Any:
 
 
 _CHECKS: dict[str, Any] = {
-    "preset": _one_of(*PRESETS),
+    "preset": _preset,
     "k": _count,
     "weight": _weight,
     "detail": _detail,

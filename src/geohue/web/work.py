@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from geohue.errors import GeohueError
-from geohue.settings import PAPER_METHOD
 from geohue.web.limits import Limits
 from geohue.web.store import RUN, SCENE
 from geohue.web.wishes import Wishes
@@ -91,6 +90,7 @@ def run_task(task: Mapping[str, Any], limits: Limits, tell: Tell) -> None:
         For input that cannot be used, or is beyond the limits.
     """
     from geohue.compute.first_run import on_compile
+    from geohue.segmentation.arguments import SegmentArguments
     from geohue.segmentation.driver import segment
     from geohue.segmentation.stages import STAGES
     from geohue.web.intake import read_task_scene
@@ -98,6 +98,8 @@ def run_task(task: Mapping[str, Any], limits: Limits, tell: Tell) -> None:
 
     folder: Path = task["folder"]
     wishes: Wishes = task["wishes"]
+    names = ("preset", "k", "weight", "detail", "cues", "method", "seed")
+    asked = SegmentArguments(**{name: getattr(wishes, name) for name in names})
     tell(_READING, 0.0)
     scene = read_task_scene(folder, task["files"], task["sample"], wishes, limits)
     notes = tuple(without_paths(note, folder) for note in scene.warnings)
@@ -105,28 +107,16 @@ def run_task(task: Mapping[str, Any], limits: Limits, tell: Tell) -> None:
     _keep(folder / SCENE, scene)
     for name in task["files"].values():  # read, and large
         (folder / name).unlink()
-    merges = wishes.preset != "paper" and wishes.weight == "auto" and wishes.method == PAPER_METHOD
-    stages = _MERGED if merges else _CUT
+    stages = _MERGED if asked.merges else _CUT
 
     def begin(stage: str) -> None:
         at = stages.index(stage) + 1 if stage in stages else 1
         tell(STAGES.get(stage, stage), at / (len(stages) + 2))
 
-    chosen: Any = wishes  # its values are checked, but have no narrower types
     with on_compile(lambda: tell(_COMPILING, 1 / (len(stages) + 2))):
-        seg = segment(
-            scene,
-            chosen.k,
-            chosen.weight,
-            wishes.preset,
-            wishes.cues,
-            wishes.method,
-            wishes.seed,
-            detail=chosen.detail,
-            progress=begin,
-        )
+        seg = segment(scene, **asked.as_dict(), progress=begin)
     tell(_SHOWING, (len(stages) + 1) / (len(stages) + 2))
-    _keep(folder / RUN, seg)
+    _keep(folder / RUN, replace(seg, scene=None))
     write_views(folder, scene, seg, limits.shown_points)
     summary = json.dumps(seg.summary(), indent=2) + "\n"
     (folder / "result.json").write_text(summary, encoding="utf-8")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from geohue import GeohueError
 from geohue.read import read_cloud
-from geohue.read.clouds.cloud import CLOUD_SUFFIXES, format_of
+from geohue.read.clouds.cloud import CLOUD_READERS, format_of
 from geohue.read.scenes.scenes import read_scene
 
 RELAXED = settings(
@@ -355,7 +355,7 @@ def announces_colors(file: Path) -> bool:
 # --- what is common ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("suffix", CLOUD_SUFFIXES)
+@pytest.mark.parametrize("suffix", CLOUD_READERS)
 def test_missing_empty_and_foreign_files(tmp_path: Path, suffix: str) -> None:
     for content in (None, b"", b"\xff\xd8\xff\xe0 not a cloud", b"0" * 300):
         file = tmp_path / f"a{suffix}"

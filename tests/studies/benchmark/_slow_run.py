@@ -10,13 +10,13 @@ from geohue.studies.benchmark import run as module
 from geohue.studies.benchmark.trials import Conditions, plan
 
 if __name__ == "__main__":
-    run = module.run_cell
+    run = module.measure
 
-    def slowly(cell: module.Cell) -> dict[str, object]:
+    def slowly(job: module.Measurement) -> dict[str, object]:
         time.sleep(0.4)
-        return run(cell)
+        return run(job)
 
-    module.run_cell = slowly
+    module.measure = slowly
     module.benchmark(
         sys.argv[1],
         Path(sys.argv[2]),

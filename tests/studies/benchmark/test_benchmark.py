@@ -19,12 +19,11 @@ from geohue.cli.app import run as command
 from geohue.errors import GeohueError
 from geohue.jobs.ledger import Ledger, Row
 from geohue.jobs.lock import LOCK
-from geohue.jobs.pool import run_jobs
 from geohue.read.images.pictures import read_labels, read_written_labels
 from geohue.results.png import write_png
 from geohue.studies.benchmark import run as module
 from geohue.studies.benchmark.frames import find_frames, load_frame
-from geohue.studies.benchmark.run import FIELDS, Cell, benchmark, run_cell
+from geohue.studies.benchmark.run import FIELDS, Measurement, benchmark, measure
 from geohue.studies.benchmark.summary import Spread, summarise, table
 from geohue.studies.benchmark.trials import Answer, Conditions, Trial, plan
 
@@ -127,24 +126,6 @@ def test_other_settings_are_not_mixed_into_a_run(frames: Path, tmp_path: Path) -
     assert len(rows) == 6
 
 
-def test_dead_process_costs_its_own_job_only() -> None:
-    # All of these signals are harmless, but for one.
-    jobs = [signal.SIGCHLD, signal.SIGURG, signal.SIGKILL, signal.SIGWINCH]
-    outcomes = {o.job: o.error for o in run_jobs(signal.raise_signal, jobs, processes=2)}
-    died = "the process died (out of memory?)"
-    assert outcomes == dict.fromkeys(jobs) | {signal.SIGKILL: died}
-
-
-def test_a_process_may_die_while_the_caller_is_busy() -> None:
-    die = "import os, time; time.sleep(0.5); os._exit(1)"
-    jobs = ["1", die, "2", "3"]
-    outcomes: dict[str, str | None] = {}
-    for outcome in run_jobs(exec, jobs, processes=2):
-        time.sleep(0 if outcomes else 1)
-        outcomes[outcome.job] = outcome.error
-    assert outcomes == dict.fromkeys(jobs) | {die: "the process died (out of memory?)"}
-
-
 def test_names_with_spaces_read_back_as_they_are(tmp_path: Path) -> None:
     ledger = Ledger(tmp_path / "table.csv", ["frame", "voi"], ["frame"])
     names = [" a", "a  b", 'c,\t"d"', "\u00fc"]
@@ -207,12 +188,33 @@ def test_object_labels_are_preferred_and_limits_spread(
     write_png(folder / "0003" / "labels_object.png", np.ones((36, 48), np.uint16))
     (folder / "notes").mkdir()
     found = find_frames(tmp_path / "data", 2)
-    assert [(f.name, f.labels.name) for f in found] == [
+    assert [(f.name, f.labels.name) for f in found if f.labels] == [
         ("0000", "labels.png"),
         ("0003", "labels_object.png"),
     ]
-    with pytest.raises(GeohueError, match="no frames"):
-        find_frames(folder / "0000")
+    with pytest.raises(GeohueError, match="no frames with labels"):
+        find_frames(folder / "notes")
+
+
+def test_labels_of_a_data_set_are_those_of_its_frames(
+    tmp_path: Path, make_frames: MakeFrames
+) -> None:
+    made = make_frames(tmp_path / "made", 3)
+    for i, part in enumerate(sorted(made.iterdir())):
+        (part / "rgb.png").rename(part / "color.png")  # as in no folder of frames of ours
+        (part / "labels.png").rename(part / ("label.png" if i != 1 else "other.png"))
+    found = find_frames(made)
+    assert [item.name for item in found] == ["0000", "0002"]
+    rows = benchmark(made, tmp_path / "out", TRIALS[:1], TWO)
+    assert [(row["frame"], row["n_gt"], float(row["voi_bits"])) for row in rows] == [
+        ("0000", "2", 0),
+        ("0002", "2", 0),
+    ]
+
+
+def test_a_frame_that_takes_too_long_has_failed(frames: Path, tmp_path: Path) -> None:
+    rows = benchmark(frames, tmp_path / "out", TRIALS[:1], TWO, limit=1, timeout=0.05)
+    assert [row["error"] for row in rows] == ["not done after 0.05 s"]
 
 
 def test_plan_pairs_methods_with_their_cues() -> None:
@@ -266,11 +268,11 @@ def test_more_labels_than_16_bits_tell_apart(
     many[0, 0], many[0, 1] = -1, 70_000 - 65_536  # the two would be one after a wrap
     monkeypatch.setattr(module, "answer", lambda *_: Answer(many, 0.1))
     frame = find_frames(frames, 1)[0]
-    cell = Cell(frame, TRIALS[0], TWO, None, tmp_path)
+    job = Measurement(frame, TRIALS[0], TWO, None, tmp_path)
     write_png(tmp_path / "labels/nncsc-fusion-fast/0000.png", np.ones((36, 48), np.uint16))
-    assert run_cell(cell)["k"] == 70_001
-    assert np.array_equal(read_written_labels(cell.labels_name), many)
-    assert [file.name for file in cell.labels_name.parent.iterdir()] == ["0000.npy"]
+    assert measure(job)["k"] == 70_001
+    assert np.array_equal(read_written_labels(job.labels_name), many)
+    assert [file.name for file in job.labels_name.parent.iterdir()] == ["0000.npy"]
 
 
 @pytest.mark.parametrize(

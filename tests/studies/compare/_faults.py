@@ -7,10 +7,10 @@ import signal
 import time
 
 from geohue.studies.compare.cells import Cell, Result
-from geohue.studies.compare.run import Task, run_cell
+from geohue.studies.compare.run import Shared, run_cell
 
 
-def faulty_cell(task: Task, cell: Cell) -> Result:
+def faulty_cell(shared: Shared, cell: Cell) -> Result:
     """Run a cell; k-means raises, mean shift is killed, Felzenszwalb never ends."""
     if cell.method == "kmeans":
         raise RuntimeError("<b>no &\nluck</b>")
@@ -18,24 +18,9 @@ def faulty_cell(task: Task, cell: Cell) -> Result:
         os.kill(os.getpid(), signal.SIGKILL)
     if cell.method == "felzenszwalb":
         time.sleep(600)
-    return run_cell(task, cell)
+    return run_cell(shared, cell)
 
 
-def always_fails(task: Task, cell: Cell) -> Result:
+def always_fails(shared: Shared, cell: Cell) -> Result:
     """Run no cell."""
-    raise ValueError(f"{cell.name} with K {task.k}")
-
-
-def work(job: str) -> tuple[str, int]:
-    """Do what a job says; returns it with the process that did it."""
-    if job == "raise":
-        raise KeyError("gone")
-    if job == "exit":
-        os._exit(3)
-    if job == "kill":
-        os.kill(os.getpid(), signal.SIGKILL)
-    if job == "sleep":
-        time.sleep(600)
-    if job == "unsendable":
-        return lambda: 0, 1  # type: ignore[return-value]
-    return job, os.getpid()
+    raise ValueError(f"{cell.name} with K {shared.k}")

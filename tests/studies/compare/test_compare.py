@@ -12,23 +12,23 @@ from numpy.typing import NDArray
 from geohue import GeohueError, Scene
 from geohue.features import CUES
 from geohue.segmentation.driver import segment
-from geohue.studies.compare import Cell, Comparison, Result, compare, plan
-from geohue.studies.compare.cells import ROWS
-from geohue.studies.compare.run import Task, choose_count, run_cell
+from geohue.studies.compare import Cell, Comparison, Result, compare, plan_cells
+from geohue.studies.compare.cells import all_rows
+from geohue.studies.compare.run import Shared, choose_count, run_cell
 
 Boxes = tuple[Scene, NDArray[np.int32]]
 
 
 class TestPlan:
     def test_has_every_cell_of_figure_9(self) -> None:
-        cells = plan()
-        assert len(cells) == len(ROWS) * len(CUES)
+        cells = plan_cells()
+        assert len(cells) == len(all_rows()) * len(CUES)
         assert {"best", "nncsc", "kmeans", "meanshift", "felzenszwalb", "edison"} <= {
             cell.method for cell in cells
         }
 
     def test_keeps_the_order_given_and_drops_repetitions(self) -> None:
-        cells = plan(["edison", "nncsc", "edison"], ["geometry", "color"])
+        cells = plan_cells(["edison", "nncsc", "edison"], ["geometry", "color"])
         assert [cell.name for cell in cells] == [
             "edison-geometry",
             "edison-color",
@@ -47,7 +47,7 @@ class TestPlan:
     )
     def test_unknown_names(self, methods: list[str], cues: list[str], message: str) -> None:
         with pytest.raises(GeohueError, match=message):
-            plan(methods, cues)
+            plan_cells(methods, cues)
 
 
 class TestCompare:
@@ -86,7 +86,7 @@ class TestCompare:
         scene = Scene.from_rgbd(rgb, 1 + rng.random((140, 160)))
         assert segment(scene, 2, cues="color", method="kmeans").k == 1
         assert segment(scene, 2, cues="color", method="edison").k == 2
-        task = Task(scene, None, 2, "paper", 0)
+        task = Shared(scene, None, 2, "paper", 0)
         assert run_cell(task, Cell("edison", "color")).k == 2
 
     def test_scores_against_the_truth(self, faulty: Comparison) -> None:
@@ -116,7 +116,7 @@ class TestCompare:
     ) -> None:
         scene, _ = three_boxes
         # K as another method is told it, and where it was not given the preset finds its own.
-        result = run_cell(Task(scene, None, 2, "paper", 3, chosen), Cell(preset, "fusion"))
+        result = run_cell(Shared(scene, None, 2, "paper", 3, chosen), Cell(preset, "fusion"))
         alone = segment(scene, "auto" if chosen else 2, preset=preset, seed=3)
         np.testing.assert_array_equal(result.labels, alone.labels)
         assert result.k == (3 if chosen else 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.errors import GeohueError
+from geohue.plugins import Registry
 from geohue.read.files import broken, read_bytes
 
 TOO_FAR = 1e30
@@ -48,7 +50,9 @@ class CloudData:
     source: Path | None = None
 
 
-_READERS = {
+Reader = Callable[[Path], CloudData]
+
+_OWN: dict[str, Reader | str] = {
     ".ply": "ply.read_ply",
     ".pcd": "pcd.read_pcd",
     ".las": "las.read_las",
@@ -65,8 +69,49 @@ _READERS = {
     ".bin": "arrays.read_velodyne",
     ".out": "colmap.read_bundler",
 }
-CLOUD_SUFFIXES = tuple(_READERS)
-"""Endings of the files that are read as clouds."""
+CLOUD_READERS: Registry[Reader | str] = Registry(
+    "clouds",
+    _OWN,
+    callable,
+    "a function from a path to a CloudData",
+)
+"""What reads clouds by the ending of the file, plugins included; ours are imported when used."""
+
+
+def register_cloud_format(ending: str, reader: Reader) -> Reader:
+    """Let clouds with another ending be read.
+
+    Parameters
+    ----------
+    ending : str
+        With its dot, in lower case: ``".swc"``.
+    reader : callable
+        From the path to a `CloudData` (`build_cloud` makes one of named columns).
+
+    Returns
+    -------
+    callable
+        The reader itself.
+
+    Raises
+    ------
+    GeohueError
+        For an ending that is read already, or none.
+
+    Examples
+    --------
+    >>> def read_one(path):
+    ...     return build_cloud({"x": np.ones(1), "y": np.ones(1), "z": np.ones(1)}, (1,), path)
+    >>> reader = register_cloud_format(".one", read_one)
+    >>> read_cloud("made.one").points.tolist()
+    [[1.0, 1.0, 1.0]]
+    >>> CLOUD_READERS.remove(".one")
+    """
+    if not ending.startswith(".") or ending != ending.lower():
+        raise GeohueError(f"ending {ending!r}: expected a dot and small letters, such as '.swc'")
+    CLOUD_READERS.add(ending, reader)
+    return reader
+
 
 _STARTS = (
     (rb"\s*ply\s", "ply.read_ply"),
@@ -96,10 +141,12 @@ def read_cloud(path: str | Path) -> CloudData:
     GeohueError
         If the file is missing, damaged or none of these, or needs a library that is missing.
     """
-    module, name = _reader(Path(path)).split(".")
-    reader = getattr(import_module(f"geohue.read.clouds.{module}"), name)
-    cloud: CloudData = reader(path)
-    return cloud
+    found = _reader(Path(path))
+    if callable(found):
+        return found(Path(path))
+    module, name = found.split(".")
+    reader: Reader = getattr(import_module(f"geohue.read.clouds.{module}"), name)
+    return reader(Path(path))
 
 
 def format_of(path: str | Path) -> str:
@@ -110,21 +157,22 @@ def format_of(path: str | Path) -> str:
     >>> format_of("scan.LAZ")
     'las'
     """
-    return _reader(Path(path)).split(".")[0]
+    found = _reader(Path(path))
+    return Path(path).suffix.lower()[1:] if callable(found) else found.split(".")[0]
 
 
-def _reader(path: Path) -> str:
-    """Return module and function that read a file."""
+def _reader(path: Path) -> Reader | str:
+    """Return what reads a file, or module and function of ours."""
     if path.stem.lower() == "points3d" or is_colmap(path):
         return "colmap.read_colmap"
-    known = _READERS.get(path.suffix.lower())
+    known = CLOUD_READERS.get(path.suffix.lower())
     if known is not None:
         return known
     start = read_bytes(path)[:4096]
     for pattern, reader in _STARTS:
         if re.match(pattern, start):
             return reader
-    endings = " ".join(_READERS)
+    endings = " ".join(CLOUD_READERS)
     raise broken(path, f"is not a cloud that geohue reads ({endings}); convert it to .ply")
 
 

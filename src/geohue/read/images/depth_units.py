@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue.errors import GeohueError
+from geohue.plugins import Registry
 
 Decoder = Callable[[NDArray[np.uint16]], NDArray[np.floating[Any]]]
 
@@ -52,7 +53,7 @@ def _kinect(values: NDArray[np.uint16]) -> NDArray[np.floating[Any]]:
     return DisparityModel().depth(values)
 
 
-DEPTH_UNITS: dict[str, DepthUnit] = {
+_OWN = {
     "m": DepthUnit(1.0),
     "mm": DepthUnit(0.001),
     "cm": DepthUnit(0.01),
@@ -72,8 +73,43 @@ DEPTH_UNITS: dict[str, DepthUnit] = {
     "nyu-raw": DepthUnit(1.0, _nyu_raw),
     "kinect": DepthUnit(1.0, _kinect),
 }
-"""The units by name. "bop" is BOP's depth_scale 1.0; a BOP folder's own file is read as a data set.
-"kinect" is 11-bit raw disparity, by the values of a typical Kinect."""
+
+DEPTH_UNITS: Registry[DepthUnit] = Registry(
+    "sensors", _OWN, lambda value: isinstance(value, DepthUnit), "a DepthUnit"
+)
+"""The units by name, those of plugins included. "bop" is BOP's depth_scale 1.0; a BOP folder's own
+file is read as a data set. "kinect" is 11-bit raw disparity, by the values of a typical Kinect."""
+
+
+def register_sensor(name: str, unit: DepthUnit) -> DepthUnit:
+    """Let ``depth_scale=`` and ``--depth-scale`` take a sensor by its name.
+
+    Parameters
+    ----------
+    name : str
+        A new name, in lower case.
+    unit : DepthUnit
+        How the values of its depth pictures become metres.
+
+    Returns
+    -------
+    DepthUnit
+        The unit itself.
+
+    Raises
+    ------
+    GeohueError
+        For a name that is taken.
+
+    Examples
+    --------
+    >>> tof = register_sensor("tof", DepthUnit(0.001, lambda values: values & 0x1FFF))
+    >>> depth_unit("tof").decode(np.array([8193], np.uint16)).tolist()
+    [1]
+    >>> DEPTH_UNITS.remove("tof")
+    """
+    DEPTH_UNITS.add(name, unit)
+    return unit
 
 
 def depth_unit(given: float | str | DepthUnit) -> DepthUnit:

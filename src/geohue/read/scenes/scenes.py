@@ -9,7 +9,7 @@ import numpy as np
 
 from geohue.errors import GeohueError
 from geohue.read.cameras.intrinsics import read_intrinsics
-from geohue.read.clouds.cloud import CLOUD_SUFFIXES, is_colmap, read_cloud
+from geohue.read.clouds.cloud import CLOUD_READERS, is_colmap, read_cloud
 from geohue.read.files import broken, with_notes
 from geohue.read.images.pictures import read_color, read_depth
 from geohue.scene import Scene
@@ -73,7 +73,7 @@ def read_scene(
 def is_cloud(path: str | Path) -> bool:
     """Whether a file is read as a cloud, by its name; or a folder, by the model in it."""
     file = Path(path)
-    return file.suffix.lower() in CLOUD_SUFFIXES or is_colmap(file)
+    return file.suffix.lower() in CLOUD_READERS or is_colmap(file)
 
 
 def view_doubts(scene: Scene) -> tuple[str, ...]:
@@ -103,6 +103,8 @@ def _cloud_scene(path: str | Path) -> Scene:
         scene = Scene.from_cloud(cloud.points, cloud.colors, cloud.normals)
     except GeohueError as error:
         raise broken(path, str(error)) from error
+    x, y, z = (cloud.offset + scene.offset).tolist()
+    scene = replace(scene, offset=(x, y, z), source=cloud.source)
     if not cloud.offset.any():
         return scene
     place = ", ".join(f"{value:.10g}" for value in cloud.offset)

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from geohue._version import __version__
 from geohue.errors import GeohueError
 from geohue.jobs.ledger import Row
-from geohue.jobs.run import SETTINGS, Place, Table, run_table
+from geohue.jobs.run import SETTINGS, Place, Progress, Table, run_table
 from geohue.results.outputs import write_results
-from geohue.studies.batch.items import Item
+from geohue.segmentation.driver import segment
 from geohue.studies.batch.settings import Settings
-from geohue.studies.machine import describe_machine
+from geohue.studies.items import Item
 
 TABLE = "batch.csv"
 KEYS = ("name",)
@@ -45,7 +44,7 @@ def run_task(task: Task) -> dict[str, Any]:
         )
     start = perf_counter()
     scene = task.item.read()
-    seg = task.settings.segment(scene)
+    seg = segment(scene, **task.settings.as_dict(), threads=1)
     folder, chosen = task.out / task.item.name, task.settings
     write_results(folder, scene, seg, chosen.formats, lean=chosen.lean)
     return {
@@ -66,8 +65,9 @@ def batch(
     source: Mapping[str, Any] | None = None,
     processes: int = 1,
     scheduler: str | None = None,
+    timeout: float | None = None,
     resume: bool = False,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[Row]:
     """Segment many scenes.
 
@@ -85,6 +85,8 @@ def batch(
         How many work at a time, each with one thread.
     scheduler : str, optional
         A dask scheduler whose workers do it instead (`geohue.jobs.pool.run_jobs`).
+    timeout : float, optional
+        Seconds that a scene may take, after which it has failed; not with a scheduler.
     resume : bool
         Go on with what is in `out`: scenes that are done are kept, failures tried once more.
     progress : callable, optional
@@ -114,15 +116,13 @@ def batch(
     """
     target = Path(out).absolute()
     chosen = settings or Settings()
-    asked = {"version": __version__, **(source or {}), **chosen.as_dict()}
     return run_table(
         target,
         Table(TABLE, FIELDS, KEYS),
-        asked,
-        {"machine": describe_machine()},
+        {**(source or {}), **chosen.for_json()},
         run_task,
         [Task(item, chosen, target) for item in items],
-        Place(processes, scheduler),
+        Place(processes, scheduler, timeout),
         resume=resume,
         progress=progress,
     )

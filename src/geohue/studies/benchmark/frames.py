@@ -1,58 +1,41 @@
-"""Folders of labelled frames: one folder a frame, with colour, depth, labels and camera."""
+"""Labelled frames: folders with colour, depth, labels and camera, or those of a data set."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.datasets.layouts import guess_layout
 from geohue.errors import GeohueError
 from geohue.measures.crop import Crop, window
+from geohue.read.images.pictures import read_labels
 from geohue.scene import Scene
+from geohue.studies.items import Files, Item, check_limit, find_items, spread_evenly
 
 _COLORS = ("rgb.png", "rgb.jpg")
 _LABELS = ("labels_object.png", "labels.png")
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """A labelled frame on disk.
-
-    Attributes
-    ----------
-    name : str
-        The name of its folder.
-    color, depth, labels : Path
-        The image, the depth map and the true labels.
-    intrinsics : Path or None
-        The camera.
-    """
-
-    name: str
-    color: Path
-    depth: Path
-    labels: Path
-    intrinsics: Path | None
-
-
-def find_frames(folder: str | Path, limit: int | None = None) -> list[Frame]:
-    """List the frames of a folder.
+def find_frames(folder: str | Path, limit: int | None = None) -> list[Item]:
+    """List the labelled frames of a folder.
 
     Parameters
     ----------
     folder : str or Path
         A folder of frames, or one that has them in ``frames/``. A frame is a folder with
         ``rgb.png`` or ``rgb.jpg``, ``depth.png``, ``labels_object.png`` or else ``labels.png``,
-        and maybe ``intrinsics.json``; other folders are passed over.
+        and maybe ``intrinsics.json``; other folders are passed over. Or a data set in a known
+        layout (`geohue.datasets.open_dataset`) some of whose frames have labels.
     limit : int, optional
         At most so many frames, spread evenly over all.
 
     Returns
     -------
-    list of Frame
-        In the order of their names.
+    list of Item
+        In the order of their names, or of the data set.
 
     Raises
     ------
@@ -60,42 +43,45 @@ def find_frames(folder: str | Path, limit: int | None = None) -> list[Frame]:
         If there is no such folder or no frame in it, or for a limit below 1.
     """
     root = Path(folder)
-    if not root.is_dir():
+    if not root.exists():
         raise GeohueError(f"{folder}: no such folder; check the name")
-    if limit is not None and limit < 1:
-        raise GeohueError(f"limit is {limit}: expected at least 1")
-    nested = root / "frames"
-    parts = sorted((nested if nested.is_dir() else root).iterdir())
-    frames = [frame for part in parts if (frame := _frame(part)) is not None]
+    check_limit(limit)
+    frames = _own_frames(root) if root.is_dir() else []
+    if not frames and guess_layout(root):
+        frames = [item for item in find_items(root)[0] if item.labels is not None]
     if not frames:
         raise GeohueError(
-            f"{folder}: no frames; each is a folder with {' or '.join(_COLORS)}, depth.png and "
-            f"{' or '.join(_LABELS)}"
+            f"{folder}: no frames with labels; each is a folder with {' or '.join(_COLORS)}, "
+            f"depth.png and {' or '.join(_LABELS)}, or one of a data set that has them"
         )
-    if limit is None or limit >= len(frames):
-        return frames
-    return [frames[i * len(frames) // limit] for i in range(limit)]
+    return spread_evenly(frames, limit)
 
 
-def _frame(part: Path) -> Frame | None:
+def _own_frames(root: Path) -> list[Item]:
+    nested = root / "frames"
+    parts = sorted((nested if nested.is_dir() else root).iterdir())
+    return [frame for part in parts if (frame := _frame(part)) is not None]
+
+
+def _frame(part: Path) -> Item | None:
     color = _first(part, _COLORS)
     depth = _first(part, ("depth.png",))
     labels = _first(part, _LABELS)
     if color is None or depth is None or labels is None:
         return None
-    return Frame(part.name, color, depth, labels, _first(part, ("intrinsics.json",)))
+    return Item(part.name, Files(color, depth, _first(part, ("intrinsics.json",))), labels)
 
 
 def _first(part: Path, names: tuple[str, ...]) -> Path | None:
     return next((part / name for name in names if (part / name).is_file()), None)
 
 
-def load_frame(frame: Frame, crop: Crop | None = None) -> tuple[Scene, NDArray[np.int32]]:
-    """Read a frame.
+def load_frame(frame: Item, crop: Crop | None = None) -> tuple[Scene, NDArray[np.int32]]:
+    """Read a labelled frame.
 
     Parameters
     ----------
-    frame : Frame
+    frame : Item
     crop : (top, bottom, left, right), optional
         The part to keep, ends excluded.
 
@@ -110,17 +96,12 @@ def load_frame(frame: Frame, crop: Crop | None = None) -> tuple[Scene, NDArray[n
     GeohueError
         If a file cannot be read, the sizes differ, or the crop does not fit.
     """
-    from geohue.read.images.pictures import read_labels
-    from geohue.read.scenes.scenes import read_scene
-
-    camera = None if frame.intrinsics is None else str(frame.intrinsics)
-    scene = read_scene(frame.color, frame.depth, camera)
-    truth = read_labels(frame.labels)
+    if frame.labels is None:
+        raise GeohueError(f"{frame.name}: the frame has no labels")
+    scene, truth = frame.read(), read_labels(frame.labels)
     if truth.shape != scene.shape:
-        raise GeohueError(
-            f"{frame.labels}: differs in size from {frame.color.name}: {truth.shape[1]} x "
-            f"{truth.shape[0]} and {scene.shape[1]} x {scene.shape[0]}"
-        )
+        sizes = " and ".join(f"{shape[1]} x {shape[0]}" for shape in (truth.shape, scene.shape))
+        raise GeohueError(f"{frame.labels}: differs in size from the frame's scene: {sizes}")
     if crop is None:
         return scene, truth
     rows, columns = window(crop, truth.shape)

@@ -15,10 +15,11 @@ from geohue.read.images.pictures import read_written_labels
 from geohue.results.atomic import atomic_write
 from geohue.results.picture import overlay
 from geohue.results.png import write_png
-from geohue.studies.benchmark.frames import Frame, load_frame
+from geohue.studies.benchmark.frames import load_frame
 from geohue.studies.benchmark.run import LABELS
 from geohue.studies.benchmark.summary import by_trial, column
 from geohue.studies.benchmark.trials import Trial
+from geohue.studies.items import Item
 
 PLOTTED = {"voi_bits": "VoI (bits, lower is better)", "rand": "Rand index (higher is better)"}
 
@@ -27,7 +28,7 @@ EXTREMES = 3
 
 
 def draw_run(
-    out: str | Path, rows: Sequence[Row], frames: Sequence[Frame], crop: Crop | None
+    out: str | Path, rows: Sequence[Row], frames: Sequence[Item], crop: Crop | None
 ) -> list[Path]:
     """Draw a run into its folder.
 
@@ -37,7 +38,7 @@ def draw_run(
         The folder of the run, with its labels.
     rows : sequence of dict
         Of ``frames.csv``.
-    frames : sequence of Frame
+    frames : sequence of Item
         For the pictures of the best and the worst.
     crop : (top, bottom, left, right), optional
         As in the run.
@@ -117,7 +118,7 @@ def _save(figure: Any, path: Path) -> None:
         figure.savefig(temporary, format="png")
 
 
-def _strip(out: Path, row: Row, frame: Frame, crop: Crop | None) -> NDArray[np.uint8]:
+def _strip(out: Path, row: Row, frame: Item, crop: Crop | None) -> NDArray[np.uint8]:
     """Return image, truth and segments of a frame beside each other, with the score on top."""
     import cv2
 

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue._version import __version__
 from geohue.jobs.ledger import Row
-from geohue.jobs.run import Place, Table, run_table
+from geohue.jobs.run import Place, Progress, Table, run_table
 from geohue.measures.crop import Crop
 from geohue.results.labels import write_labels
 from geohue.scene import Scene
-from geohue.segmentation.choice import check_arguments
-from geohue.studies.benchmark.frames import Frame, find_frames, load_frame
-from geohue.studies.benchmark.trials import OWN, Conditions, Trial, answer, scores
-from geohue.studies.machine import describe_machine
+from geohue.segmentation.arguments import SegmentArguments
+from geohue.studies.benchmark.frames import find_frames, load_frame
+from geohue.studies.benchmark.trials import Conditions, Trial, answer, scores
+from geohue.studies.items import Item
 
 TABLE = "frames.csv"
 LABELS = "labels"
@@ -52,10 +50,10 @@ FIELDS = (*KEYS, *MEASURES, "error")
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class Measurement:
     """One frame for one trial."""
 
-    frame: Frame
+    frame: Item
     trial: Trial
     conditions: Conditions
     crop: Crop | None
@@ -72,26 +70,23 @@ class Cell:
         return self.out / LABELS / self.trial.name / self.frame.name
 
 
-@lru_cache(maxsize=1)
-def _loaded(
-    frame: Frame,
-    crop: Crop | None,
-    ages: tuple[int, ...],  # noqa: ARG001  # files may change between the runs of a worker
-) -> tuple[Scene, NDArray[np.int32]]:
-    return load_frame(frame, crop)
+_LAST: dict[str, Any] = {}  # the frame that this process has loaded last: trials follow each other
 
 
-def _ages(frame: Frame) -> tuple[int, ...]:
-    """Return when each file of a frame was written last (ns; 0 for one that has gone)."""
-    files = (frame.color, frame.depth, frame.labels, frame.intrinsics)
-    return tuple(f.stat().st_mtime_ns if f.exists() else 0 for f in files if f is not None)
+def _loaded(frame: Item, crop: Crop | None) -> tuple[Scene, NDArray[np.int32]]:
+    state = frame.name, crop, frame.ages()  # files may change between the runs of a worker
+    if _LAST.get("state") != state:
+        _LAST.clear()
+        _LAST.update(loaded=load_frame(frame, crop), state=state)
+    loaded: tuple[Scene, NDArray[np.int32]] = _LAST["loaded"]
+    return loaded
 
 
-def run_cell(cell: Cell) -> dict[str, Any]:
+def measure(job: Measurement) -> dict[str, Any]:
     """Segment a frame, write its labels, and return its scores."""
-    scene, truth = _loaded(cell.frame, cell.crop, _ages(cell.frame))
-    given = answer(cell.trial, scene, cell.conditions)
-    write_labels(cell.labels_name, given.labels)
+    scene, truth = _loaded(job.frame, job.crop)
+    given = answer(job.trial, scene, job.conditions)
+    write_labels(job.labels_name, given.labels)
     return scores(given, truth)
 
 
@@ -105,8 +100,9 @@ def benchmark(
     limit: int | None = None,
     processes: int = 1,
     scheduler: str | None = None,
+    timeout: float | None = None,
     resume: bool = False,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[Row]:
     """Run every trial on every frame of a folder.
 
@@ -128,10 +124,12 @@ def benchmark(
         How many work at a time, each with one thread.
     scheduler : str, optional
         A dask scheduler whose workers do it instead (`geohue.jobs.pool.run_jobs`).
+    timeout : float, optional
+        Seconds that a frame may take, after which it has failed; not with a scheduler.
     resume : bool
         Go on with what is in `out`: rows that are there are kept, failures tried once more.
     progress : callable, optional
-        Called with the number of cells done, their number in all, and a line about the last.
+        Called with the number of jobs done, their number in all, and a line about the last.
 
     Returns
     -------
@@ -149,23 +147,14 @@ def benchmark(
     target = place(Path(out))
     frames = find_frames(place(Path(folder)), limit)
     chosen = conditions or Conditions()
-    check_arguments(chosen.k, "auto", chosen.seed, OWN)
+    SegmentArguments(k=chosen.k, seed=chosen.seed)  # checks them
     return run_table(
         target,
         Table(TABLE, FIELDS, KEYS),
-        _settings(chosen, crop),
-        {"machine": describe_machine()},
-        run_cell,
-        [Cell(frame, trial, chosen, crop, target) for frame in frames for trial in trials],
-        Place(processes, scheduler),
+        {**asdict(chosen), "crop": None if crop is None else list(crop)},
+        measure,
+        [Measurement(frame, trial, chosen, crop, target) for frame in frames for trial in trials],
+        Place(processes, scheduler, timeout),
         resume=resume,
         progress=progress,
     )
-
-
-def _settings(conditions: Conditions, crop: Crop | None) -> dict[str, Any]:
-    return {
-        "version": __version__,
-        **asdict(conditions),
-        "crop": None if crop is None else list(crop),
-    }

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from geohue.baselines import BASELINES
 from geohue.errors import GeohueError
-from geohue.features import CUES, check_cues, known_cues
+from geohue.features import CUES
 from geohue.measures import evaluate
 from geohue.scene import Scene
 from geohue.segmentation.driver import segment
 from geohue.settings import PAPER_METHOD, preset_named
+from geohue.studies.names import check_columns, check_names
 
 OWN = PAPER_METHOD
 """The method that the presets belong to."""
@@ -88,32 +89,20 @@ def plan(
     >>> [trial.name for trial in plan(["nncsc", "edison"], ["fusion", "color"], ["fast"])]
     ['nncsc-fusion-fast', 'nncsc-color-fast', 'edison-color']
     """
-    if not cues:
-        raise GeohueError(f"no cues given: choose among {', '.join(known_cues())}")
-    for name in cues:
-        check_cues(name)
-    _check("methods", methods, (OWN, *BASELINES))
+    check_columns(cues)
+    check_names("methods", methods, (OWN, *BASELINES))
     for preset in presets:
         preset_named(preset)
     trials: list[Trial] = []
     for method in dict.fromkeys(methods):
         own = method == OWN
-        known = cues if own else BASELINES[method].cues
         order = [*CUES, *(cue for cue in dict.fromkeys(cues) if cue not in CUES)]
-        chosen = [cue for cue in order if cue in cues and cue in known]
+        chosen = [c for c in order if c in cues and (own or BASELINES[method].works_on(c))]
         names = tuple(dict.fromkeys(presets)) if own else (NO_PRESET,)
         trials += [Trial(method, cue, preset) for cue in chosen for preset in names]
     if not trials:
         raise GeohueError("no method works on these cues: see the table in docs/evaluation.md")
     return trials
-
-
-def _check(what: str, given: Sequence[str], known: Sequence[str]) -> None:
-    for name in given:
-        if name not in known:
-            raise GeohueError(f"{what} {name!r}: choose among {', '.join(known)}")
-    if not given:
-        raise GeohueError(f"no {what} given: choose among {', '.join(known)}")
 
 
 def answer(trial: Trial, scene: Scene, conditions: Conditions) -> Answer:

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geohue._version import __version__
-from geohue.errors import GeohueError
-from geohue.features import CUES, check_cues, known_cues
-from geohue.segmentation.clusterers import METHODS
+from geohue.features import cue_columns
+from geohue.segmentation.clusterers import known_methods
 from geohue.segmentation.result import Segmentation
+from geohue.settings import PRESETS
+from geohue.studies.names import check_columns, check_names
 
 Status = Literal["done", "undefined", "failed"]
 
@@ -22,11 +23,21 @@ SCORES = {"voi_bits": "VoI", "rand": "RI"}
 """What is shown of `geohue.measures.evaluate`, with its name in pictures and tables."""
 
 
-MERGING = ("best", "fast")
-"""The presets that merge regions: rows of a plate as the methods are."""
+def merging_presets() -> tuple[str, ...]:
+    """Return the presets that merge regions: rows of a plate as the methods are.
 
-ROWS = ("best", *METHODS)
-"""The rows of a plate, if none are named."""
+    Examples
+    --------
+    >>> merging_presets()[:2]
+    ('best', 'fast')
+    """
+    found = [name for name, preset in PRESETS.items() if preset.weight.rule == "merge"]
+    return tuple(sorted(found, key=lambda name: (name not in PRESETS.own, name)))
+
+
+def all_rows() -> tuple[str, ...]:
+    """Return the rows of a plate, if none are named."""
+    return ("best", *known_methods())
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -44,7 +55,7 @@ class Cell:
     @property
     def merges(self) -> bool:
         """Whether it is a preset that merges regions."""
-        return self.method in MERGING
+        return self.method in merging_presets()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,26 +194,19 @@ class Comparison:
         }
 
 
-def plan(methods: Sequence[str] = ROWS, cues: Sequence[str] = CUES) -> list[Cell]:
-    """Combine methods and cues, in the order given, each once.
+def plan_cells(
+    methods: Sequence[str] | None = None, cues: Sequence[str] | None = None
+) -> list[Cell]:
+    """Combine methods and cues, in the order given, each once; all (`all_rows`) if not given.
 
     Raises
     ------
     GeohueError
         For an unknown name, or none.
     """
-    _check("methods", methods, (*MERGING, *METHODS))
-    if not cues:
-        raise GeohueError(f"no cues given: choose among {', '.join(known_cues())}")
-    for name in cues:
-        check_cues(name)
+    methods = all_rows() if methods is None else methods
+    cues = cue_columns() if cues is None else cues
+    check_names("methods", methods, (*merging_presets(), *known_methods()))
+    check_columns(cues)
     columns = list(dict.fromkeys(cues))
     return [Cell(method, cue) for method in dict.fromkeys(methods) for cue in columns]
-
-
-def _check(what: str, given: Sequence[str], known: Sequence[str]) -> None:
-    for name in given:
-        if name not in known:
-            raise GeohueError(f"{what} {name!r}: choose among {', '.join(known)}")
-    if not given:
-        raise GeohueError(f"no {what} given: choose among {', '.join(known)}")

@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from time import process_time
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geohue.compute.parallel import cores, workers
 from geohue.errors import GeohueError
-from geohue.features import CUES
+from geohue.jobs.pool import check_timeout, run_jobs
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import prepare_scene
 from geohue.scene import Scene
-from geohue.segmentation.choice import Count, check_arguments
-from geohue.segmentation.clusterers import METHODS, check_method
+from geohue.segmentation.arguments import Count, SegmentArguments
+from geohue.segmentation.clusterers import check_method
 from geohue.segmentation.driver import segment
 from geohue.segmentation.result import Segmentation
-from geohue.settings import preset_named
-from geohue.studies.compare.cells import ROWS, Cell, Comparison, Result, plan
-from geohue.studies.compare.crew import run_crew
-
-Progress = Callable[[int, int, Result], None]
-"""Called with the number of cells done, their number in all, and the last one."""
+from geohue.settings import PAPER_METHOD, preset_named
+from geohue.studies.compare.cells import Cell, Comparison, Result, plan_cells
 
 TIMEOUT = 600.0
 """Seconds that a cell may take."""
@@ -38,8 +33,8 @@ _REHEARSAL = 600  # points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Task:
-    """What all cells have in common."""
+class Shared:
+    """What all cells have in common; sent once to each process."""
 
     scene: Scene
     truth: NDArray[np.integer] | None
@@ -51,8 +46,8 @@ class Task:
 
 def compare(
     scene: Scene,
-    methods: Sequence[str] = ROWS,
-    cues: Sequence[str] = CUES,
+    methods: Sequence[str] | None = None,
+    cues: Sequence[str] | None = None,
     k: int | Literal["auto"] = "auto",
     *,
     truth: NDArray[np.integer] | None = None,
@@ -60,17 +55,18 @@ def compare(
     seed: int = 0,
     processes: int | None = None,
     timeout: float = TIMEOUT,
-    progress: Progress | None = None,
+    progress: Callable[[int, int, Result], None] | None = None,
 ) -> Comparison:
     """Segment a scene by every method on every cue.
 
     Parameters
     ----------
     scene : Scene
-    methods : sequence of str
-        The rows of the plate: methods of `geohue.segment`, and its presets "best" and "fast".
-    cues : sequence of {"fusion", "color", "geometry"}
-        Its columns.
+    methods : sequence of str, optional
+        The rows of the plate: methods of `geohue.segment`, and its presets that merge regions; by
+        default "best" and all methods.
+    cues : sequence of str, optional
+        Its columns, each as ``cues=`` of `geohue.segment`; by default `cue_columns`.
     k : int or "auto"
         Number of segments for the methods that are told it; "auto" is chosen once, by the
         proposed method on colour and geometry alike, and the same for all but the presets, which
@@ -87,7 +83,7 @@ def compare(
     timeout : float
         Seconds for one cell, after which it has failed.
     progress : callable, optional
-        Called after each cell.
+        Called after each cell with the number of cells done, their number in all, and the last one.
 
     Returns
     -------
@@ -103,47 +99,49 @@ def compare(
     -----
     Processes are spawned: a script must call this below ``if __name__ == "__main__":``.
     """
-    cells = plan(methods, cues)
-    check_arguments(k, "auto", seed, METHODS[0])
-    _check(scene, truth, preset, processes, timeout)
+    cells = plan_cells(methods, cues)
+    SegmentArguments(k=k, preset=preset, seed=seed)  # checks them
+    _check(scene, truth, processes)
+    check_timeout(timeout)
     chosen = choose_count(scene, preset, seed) if k == "auto" else k
     found = {cell: result for cell in cells if (result := _undefined(cell, scene)) is not None}
     todo = [cell for cell in cells if cell not in found]
     if not todo:
         raise GeohueError(next(iter(found.values())).reason)
-    work = partial(run_cell, Task(scene, truth, chosen, preset, seed, k == "auto"))
-    crew = min(processes or min(cores(), _MOST_PROCESSES), len(todo))
-    for count, outcome in enumerate(run_crew(work, todo, crew, timeout), start=1):
+    work = partial(run_cell, Shared(scene, truth, chosen, preset, seed, k == "auto"))
+    together = min(processes or min(cores(), _MOST_PROCESSES), len(todo))
+    for count, outcome in enumerate(run_jobs(work, todo, together, timeout=timeout), start=1):
         cell = outcome.job
-        found[cell] = outcome.answer or Result(cell, "failed", outcome.error or "no answer")
+        found[cell] = outcome.result or Result(cell, "failed", outcome.reason)
         if progress is not None:
             progress(count, len(todo), found[cell])
     results = tuple(found[cell] for cell in cells)
     return Comparison(results, chosen, k == "auto", preset, seed, scene.warnings)
 
 
-def run_cell(task: Task, cell: Cell) -> Result:
-    """Segment the scene of a task by one cell, with one thread."""
-    scene = task.scene
+def run_cell(shared: Shared, cell: Cell) -> Result:
+    """Segment the scene by one cell, with one thread."""
+    scene = shared.scene
     # A rehearsal on a few points loads libraries and compiles, so that it is not in the time.
     with suppress(Exception):
-        _segment(task, scene.take(scene.thinning(_REHEARSAL, np.random.default_rng(0))), cell)
+        _segment(shared, scene.take(scene.thinning(_REHEARSAL, np.random.default_rng(0))), cell)
     start = process_time()
-    seg = _segment(task, scene, cell)
+    seg = _segment(shared, scene, cell)
     seconds = process_time() - start
     scores: Mapping[str, float] = {}
-    if task.truth is not None:
+    if shared.truth is not None:
         from geohue.measures import evaluate
 
-        scores = evaluate(seg.labels, task.truth)
+        scores = evaluate(seg.labels, shared.truth)
     return Result.of(cell, seg, seconds, scores, scene.warnings)
 
 
-def _segment(task: Task, scene: Scene, cell: Cell) -> Segmentation:
+def _segment(shared: Shared, scene: Scene, cell: Cell) -> Segmentation:
+    same: dict[str, Any] = {"cues": cell.cues, "seed": shared.seed, "threads": 1}
     if cell.merges:
-        k: Count = "auto" if task.k_chosen else task.k
-        return segment(scene, k, "auto", cell.method, cell.cues, seed=task.seed, threads=1)
-    return segment(scene, task.k, "auto", task.preset, cell.cues, cell.method, task.seed, threads=1)
+        k: Count = "auto" if shared.k_chosen else shared.k
+        return segment(scene, k, preset=cell.method, **same)
+    return segment(scene, shared.k, preset=shared.preset, method=cell.method, **same)
 
 
 def choose_count(scene: Scene, preset: str = "paper", seed: int = 0) -> int:
@@ -156,7 +154,7 @@ def choose_count(scene: Scene, preset: str = "paper", seed: int = 0) -> int:
 
 def _undefined(cell: Cell, scene: Scene) -> Result | None:
     try:
-        check_method("nncsc" if cell.merges else cell.method, cell.cues, scene.is_grid)
+        check_method(PAPER_METHOD if cell.merges else cell.method, cell.cues, scene.is_grid)
     except GeohueError as error:
         return Result(cell, "undefined", str(error))
     return None
@@ -165,11 +163,8 @@ def _undefined(cell: Cell, scene: Scene) -> Result | None:
 def _check(
     scene: Scene,
     truth: NDArray[np.integer] | None,
-    preset: str,
     processes: int | None,
-    timeout: float,
 ) -> None:
-    preset_named(preset)
     if truth is not None and truth.shape != scene.shape:
         raise GeohueError(
             f"the ground truth has shape {truth.shape}, the scene {scene.shape}: "
@@ -177,5 +172,3 @@ def _check(
         )
     if processes is not None and processes < 1:
         raise GeohueError(f"processes is {processes}: expected at least 1")
-    if not 0 < timeout < math.inf:
-        raise GeohueError(f"timeout is {timeout:g}: expected a positive number of seconds")

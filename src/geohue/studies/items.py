@@ -1,4 +1,4 @@
-"""What there is to segment in a folder: frames of a data set, clouds, or pictures."""
+"""The scenes of a folder: frames of a data set, clouds, or pictures."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple, TypeVar
 
 from geohue.camera import Intrinsics
 from geohue.datasets.frames import Dataset, Frame, picture_in, sorted_files
 from geohue.datasets.layouts import guess_layout, open_dataset
 from geohue.errors import GeohueError
-from geohue.read.clouds.cloud import CLOUD_SUFFIXES
+from geohue.read.clouds.cloud import CLOUD_READERS
 from geohue.read.files import broken
 from geohue.read.images.depth_units import depth_unit
 from geohue.read.scenes.scenes import read_scene
 from geohue.scene import Scene
+
+Value = TypeVar("Value")
 
 _PICTURES = ("*.png", "*.jpg", "*.jpeg", "*.JPG", "*.PNG", "*.ppm", "*.bmp", "*.tif", "*.tiff")
 _COLORS = ("rgb", "color", "colour", "image")
@@ -46,21 +49,32 @@ class Opening:
         )
 
 
+class Files(NamedTuple):
+    """The files of an RGB-D frame (`read_scene`)."""
+
+    color: Path
+    depth: Path
+    intrinsics: Path | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One scene of a batch, small enough to be sent to another machine.
+    """One scene of a study, small enough to be sent to another machine.
 
     Attributes
     ----------
     name : str
-        Unique in the batch; where its results go.
-    source : Path, Frame or (Opening, int, str)
-        A cloud or picture; a frame whose parts are files; or a data set, the frame's place in it
-        and what it is known by there.
+        Unique in the study; where its results go.
+    source : Path, Files, Frame or (Opening, int, str)
+        A cloud or picture; the files of a frame; a frame of a data set whose parts are files; or a
+        data set, the frame's place in it and what it is known by there.
+    labels : Path or None
+        Its true labels, 0 for none.
     """
 
     name: str
-    source: Path | Frame | tuple[Opening, int, str]
+    source: Path | Files | Frame | tuple[Opening, int, str]
+    labels: Path | None = None
 
     def read(self) -> Scene:
         """Read the scene.
@@ -72,6 +86,8 @@ class Item:
         """
         if isinstance(self.source, Path):
             return read_scene(self.source)
+        if isinstance(self.source, Files):
+            return read_scene(*self.source)
         if isinstance(self.source, Frame):
             return self.source.scene()
         opening, i, mark = self.source
@@ -79,6 +95,17 @@ class Item:
         if i >= len(data) or _mark(data[i]) != mark:
             raise broken(opening.folder, "has changed since it was listed; go on with --resume")
         return data[i].scene()
+
+    def ages(self) -> dict[Path, int]:
+        """Return when each file was written last (ns; 0 for one that has gone)."""
+        if isinstance(self.source, Path):
+            parts: Sequence[object] = [self.source]
+        elif isinstance(self.source, Frame):
+            parts = [self.source.color, self.source.depth, self.source.second]
+        else:
+            parts = self.source
+        files = [part for part in (*parts, self.labels) if isinstance(part, Path)]
+        return {file: file.stat().st_mtime_ns if file.exists() else 0 for file in files}
 
 
 @lru_cache(maxsize=2)
@@ -132,8 +159,7 @@ def find_items(
         a name is no line of text, or a limit is below 1.
     """
     root = Path(folder).absolute()
-    if limit is not None and limit < 1:
-        raise GeohueError(f"limit is {limit}: expected at least 1")
+    check_limit(limit)
     if depth_scale is not None:
         depth_unit(depth_scale)  # seen here, a mistake is not one a frame
     if not root.exists():
@@ -146,9 +172,26 @@ def find_items(
     else:
         items, notes = _file_items(root, pictures), ()
     _check_names(root, items)
-    if limit is None or limit >= len(items):
-        return items, notes
-    return [items[i * len(items) // limit] for i in range(limit)], notes
+    return spread_evenly(items, limit), notes
+
+
+def check_limit(limit: int | None) -> None:
+    """Raise `GeohueError` unless so many scenes can be asked for."""
+    if limit is not None and limit < 1:
+        raise GeohueError(f"limit is {limit}: expected at least 1")
+
+
+def spread_evenly(values: list[Value], limit: int | None) -> list[Value]:
+    """Return at most so many values, spread evenly over all.
+
+    Examples
+    --------
+    >>> spread_evenly([0, 1, 2, 3, 4], 2), spread_evenly([0, 1], None)
+    ([0, 2], [0, 1])
+    """
+    if limit is None or limit >= len(values):
+        return values
+    return [values[i * len(values) // limit] for i in range(limit)]
 
 
 def _frame_items(frames: Sequence[Frame], opening: Opening) -> list[Item]:
@@ -161,7 +204,7 @@ def _frame_items(frames: Sequence[Frame], opening: Opening) -> list[Item]:
             name = frame.color.relative_to(opening.folder).with_suffix("").as_posix()
         parts = (frame.color, frame.depth, frame.second)
         whole = all(part is None or isinstance(part, Path) for part in parts)
-        items.append(Item(name, frame if whole else (opening, i, _mark(frame))))
+        items.append(Item(name, frame if whole else (opening, i, _mark(frame)), frame.labels))
     return items
 
 
@@ -187,7 +230,7 @@ def _without_depth(data: Dataset) -> list[Frame]:
 
 def _file_items(root: Path, pictures: bool) -> list[Item]:
     """List the clouds of a folder or else, if wanted, its pictures."""
-    files = sorted_files(root, *(f"*{end}" for end in CLOUD_SUFFIXES if end not in _OTHERS))
+    files = sorted_files(root, *(f"*{end}" for end in CLOUD_READERS if end not in _OTHERS))
     if pictures:
         files = files or sorted_files(root, *_PICTURES)
     if not files:

@@ -1,0 +1,51 @@
+"""What the documentation shows works: each command is one that exists, each example is run."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import typer
+
+from geohue.cli.app import app
+from pages.reading import PAGES, ROOT, Block, blocks, commands
+
+ALL = [block for page in PAGES for block in blocks(page)]
+COMMANDS = [
+    pytest.param(words, id=f"{block.page.name}:{line}")
+    for block in ALL
+    for line, words in commands(block)
+]
+
+
+@pytest.mark.parametrize("words", COMMANDS)
+def test_each_command_is_understood(words: list[str]) -> None:
+    group = typer.main.get_command(app)
+    with group.make_context("geohue", [words[0], "--help"], resilient_parsing=True) as parent:
+        name, command, _ = group.resolve_command(parent, list(words))  # type: ignore[attr-defined]
+        arguments = [word for word in words[1:] if not word.startswith("<")]
+        with command.make_context(name, arguments, parent=parent):
+            pass
+
+
+@pytest.mark.parametrize(
+    "block",
+    [pytest.param(b, id=f"{b.page.name}:{b.line}") for b in ALL if b.language == "python"],
+)
+def test_each_python_example_is_one_that_is_run(block: Block) -> None:
+    # Doctest runs what begins with a prompt; a block without one would be trusted unseen.
+    assert block.text.lstrip().startswith(">>> ")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_each_link_to_a_file_leads_somewhere(page: Path) -> None:
+    targets = re.findall(r"\]\((?!https?:|#)([^)#]+)", page.read_text("utf-8"))
+    missing = [t for t in targets if not (page.parent / t).exists() and "examples/" not in t]
+    assert not missing
+
+
+def test_each_page_is_in_the_contents() -> None:
+    index = (ROOT / "docs" / "index.md").read_text("utf-8")
+    listed = set(re.findall(r"^([a-z-]+)$", index, re.MULTILINE))
+    assert {page.stem for page in PAGES if page.parent.name == "docs"} - {"index"} <= listed
