@@ -65,7 +65,8 @@ class Segmentation:
     merged : bool
         Whether regions were merged, also where the levels were not kept (`save` with `lean`).
     shares : BorderShares or None
-        The share of the votes along each border of `levels`' regions, where cuts voted.
+        The share of the votes along each border of `levels`' regions, where cuts voted; None for
+        a result that was loaded.
     """
 
     labels: NDArray[np.int32]
