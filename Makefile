@@ -6,7 +6,7 @@ BIN = $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 LOCKED ?=
 PIP = $(BIN)/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: demo test lint types docs dist extras fuzz mutants check clean
+.PHONY: demo test lint types docs dist extras fuzz mutants check web clean
 
 demo: $(VENV)/.installed  ## Segment the built-in motorcycle scene, as by default and as the paper
 	$(BIN)/geohue segment --sample motorcycle -o out/motorcycle/best
@@ -44,6 +44,12 @@ mutants: $(VENV)/.installed-dev  ## Small faults put into the core: how many do 
 
 check: lint types test
 
+web: web/node_modules/.package-lock.json  ## Build the page of `geohue serve` from web/
+	npm --prefix web run --silent build
+
+web/node_modules/.package-lock.json: web/package.json web/package-lock.json
+	npm --prefix web ci --silent
+
 clean:
 	rm -rf $(VENV) out build dist docs/_build docs/examples docs/generated .mypy_cache .ruff_cache .pytest_cache .hypothesis
 
@@ -58,7 +64,7 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/.made
 
 $(VENV)/.installed-dev: pyproject.toml constraints.txt | $(VENV)/.made
 	$(if $(LOCKED),$(PIP) install --require-hashes -r constraints.txt)
-	$(PIP) install $(if $(LOCKED),--no-deps) -e '.[dev,docs,clouds,datasets,ros]'
+	$(PIP) install $(if $(LOCKED),--no-deps) -e '.[dev,docs,clouds,datasets,ros,web]'
 	@touch $@ $(VENV)/.installed
 
 constraints.txt:  # make -B constraints.txt: the newest versions that pass together

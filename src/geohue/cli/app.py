@@ -21,6 +21,7 @@ from geohue.cli.info import info
 from geohue.cli.names import Command, Group, warnings_as_lines
 from geohue.cli.register import register
 from geohue.cli.segment import segment
+from geohue.cli.serve import serve
 from geohue.cli.superpoints import superpoints
 from geohue.cli.video import video
 from geohue.cli.warm import warm
@@ -36,7 +37,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 COMMANDS = (
-    *(segment, superpoints, batch, video, compare, register),
+    *(segment, superpoints, batch, video, serve, compare, register),
     *(calibrate, evaluate, benchmark, info, warm),
 )
 for command in COMMANDS:

@@ -13,27 +13,13 @@ import typer
 
 from geohue.cli.words import of_options
 from geohue.errors import GeohueError
+from geohue.segmentation.stages import STAGES
 
 if TYPE_CHECKING:
     from geohue.camera import Intrinsics
     from geohue.merge.levels import Detail
     from geohue.segmentation.arguments import Weight
     from geohue.stereo.rig import StereoRig
-
-STAGES = {
-    "features": "reading colour and geometry",
-    "limbs": "looking for limbs",
-    "cuts": "letting many cuts vote",
-    "merge": "merging regions",
-    "borders": "drawing borders",
-    "k": "choosing the number of segments",
-    "weight": "choosing the weight",
-    "cut": "cutting the scene",
-    "refine": "removing small regions",
-    "quality": "measuring the quality",
-    "reunite": "reuniting parts of a surface",
-    "fill": "filling pixels without depth",
-}
 
 _WEIGHT_WORDS: tuple[Literal["auto", "quality", "agreement", "consensus"], ...] = (
     "auto",

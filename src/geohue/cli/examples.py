@@ -15,6 +15,18 @@ EXAMPLES = {
         "geohue batch frames/ -o out",
         "geohue batch frames/ -o out --lean --processes 4 --resume",
     ),
+    "superpoints": (
+        "geohue superpoints scan.ply --count 3000,300,30 -o out",
+        "geohue superpoints rgb.png depth.png --size 400 -o out",
+    ),
+    "video": (
+        "geohue video sequence/ -o out --preset fast",
+        "geohue video sequence/ -o out --resume",
+    ),
+    "serve": (
+        "geohue serve",
+        "geohue serve frames/ --port 8080",
+    ),
     "compare": (
         "geohue compare rgb.png depth.png -k 5 -o plates",
         "geohue compare --sample boxes --methods best,kmeans",

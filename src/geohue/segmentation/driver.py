@@ -172,6 +172,7 @@ def segment(
         scene,
         found.border_votes(labels, prepared.positions),
         asked.merges,
+        shares=found.shares,
     )
 
 

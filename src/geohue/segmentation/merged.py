@@ -16,6 +16,7 @@ from geohue.merge.carry import carry
 from geohue.merge.draft import cues_of, merge_draft, merge_limbs
 from geohue.merge.levels import Detail, threshold_of
 from geohue.merge.score import Cues
+from geohue.merge.shares import BorderShares, border_shares
 from geohue.merge.tree import MergeTree
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene
@@ -45,6 +46,8 @@ class MergedDraft:
         The segment of each region in the level that was asked for.
     weight : float
         The paper's lambda of the voter whose maps are most like these segments.
+    shares : BorderShares or None
+        The votes along the borders of the regions; None where no cut voted.
     """
 
     prepared: PreparedScene
@@ -53,6 +56,7 @@ class MergedDraft:
     tree: MergeTree
     chosen: Labels
     weight: float
+    shares: BorderShares | None
 
 
 def merge_scene(
@@ -83,8 +87,9 @@ def merge_scene(
         lab = prepared.raw.lab if prepared.scene.is_grid and cues != "geometry" else None
         here = prepared.positions, prepared.scene, prepared.workers
         full = carry(draft.regions, draft.chosen, *here, cues, lab)
-        full, tree = _shown(full, draft.tree)
-    return Outcome(full, draft.weight, [], k, level_of(tree, k, detail), tree)
+        full, tree, shares = _shown(full, draft.tree, draft.shares)
+    segment_of = level_of(tree, k, detail)
+    return Outcome(full, draft.weight, [], k, segment_of, tree, shares=shares)
 
 
 def merge_points(
@@ -104,9 +109,10 @@ def merge_points(
             regions, tree = merge_draft(graph, features, maps, k or 1)
         else:
             regions, tree = limbs, merge_limbs(graph, features, limbs)
+        shares = border_shares(regions, maps, graph.one, graph.other) if maps else None
         chosen = level_of(tree, k, detail)
         weight = math.inf if limbs is not None else _most_like(chosen[regions], weights, maps)
-    return MergedDraft(prepared, cues, regions, tree, chosen, weight)
+    return MergedDraft(prepared, cues, regions, tree, chosen, weight, shares)
 
 
 def level_of(tree: MergeTree, k: int | None, detail: Detail) -> Labels:
@@ -114,14 +120,16 @@ def level_of(tree: MergeTree, k: int | None, detail: Detail) -> Labels:
     return tree.at(threshold_of(detail)) if k is None else tree.with_segments(k)
 
 
-def _shown(regions: Labels, tree: MergeTree) -> tuple[Labels, MergeTree]:
+def _shown(
+    regions: Labels, tree: MergeTree, shares: BorderShares | None
+) -> tuple[Labels, MergeTree, BorderShares | None]:
     """Leave out regions without any point in the scene: in gaps, or lost to their neighbours."""
     kept = np.zeros(tree.n_regions, bool)
     kept[regions[regions >= 0]] = True
     if kept.all():
-        return regions, tree
+        return regions, tree, shares
     name = np.append(np.cumsum(kept, dtype=np.int32) - np.int32(1), np.int32(-1))
-    return name[regions], tree.among(kept)
+    return name[regions], tree.among(kept), None if shares is None else shares.among(kept)
 
 
 def placed(prepared: PreparedScene) -> PreparedScene:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from geohue.consensus import Consensus
 from geohue.merge.levels import Levels
+from geohue.merge.shares import BorderShares
 from geohue.merge.tree import MergeTree
 from geohue.weight.search import Curve
 
@@ -35,6 +36,8 @@ class Outcome:
         How the pieces merge.
     consensus : Consensus or None
         What the voters agreed on, where they did.
+    shares : BorderShares or None
+        The votes along the borders of the pieces, where cuts voted.
     """
 
     regions: Labels
@@ -44,6 +47,7 @@ class Outcome:
     segment_of: Labels | None = None
     tree: MergeTree | None = None
     consensus: Consensus | None = None
+    shares: BorderShares | None = None
 
     @property
     def labels(self) -> Labels:

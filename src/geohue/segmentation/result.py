@@ -17,6 +17,7 @@ from geohue._version import __version__
 from geohue.compute.labels import relabel
 from geohue.errors import GeohueError
 from geohue.merge.levels import Detail, Levels
+from geohue.merge.shares import BorderShares
 from geohue.scene import Scene
 from geohue.segmentation.words import told, weight_in_words
 from geohue.weight.search import Curve
@@ -67,6 +68,9 @@ class Segmentation:
         border between them, 0 to 1. Empty where no cuts voted on the segments.
     merged : bool
         Whether regions were merged, also where the levels were not kept (`save` with `lean`).
+    shares : BorderShares or None
+        The share of the votes along each border of `levels`' regions, where cuts voted; None for
+        a result that was loaded.
     """
 
     labels: NDArray[np.int32]
@@ -85,6 +89,7 @@ class Segmentation:
     scene: Scene | None = None
     border_votes: Sequence[tuple[int, int, float]] = ()
     merged: bool = False
+    shares: BorderShares | None = None
     _made: dict[str, Any] = field(default_factory=dict, init=False)
 
     def __repr__(self) -> str:
