@@ -25,7 +25,7 @@ EXAMPLES = {
     ),
     "serve": (
         "geohue serve",
-        "geohue serve frames/ --port 8080",
+        "geohue serve --port 8080 --no-open",
     ),
     "compare": (
         "geohue compare rgb.png depth.png -k 5 -o plates",

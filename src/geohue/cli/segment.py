@@ -75,9 +75,9 @@ def segment(
         stack.enter_context(compiling_ahead(chosen.preset))
         scene = options.load_scene(given)
         seg = run(scene, **chosen.as_dict(), threads=threads, progress=begin)
-        names = [*options.names_of(formats), *(["objects"] if objects else [])]
+        wanted = [*options.names_of(formats), *(["objects"] if objects else [])]
         wishes_out = {"lean": lean, "overwrite": overwrite}
-        files = [] if folder is None else write_results(folder, scene, seg, names, **wishes_out)
+        files = [] if folder is None else write_results(folder, scene, seg, wanted, **wishes_out)
     warn(seg.warnings)
     if as_json:
         print_json(seg.summary() if folder is None else read_json(folder / "result.json"))
