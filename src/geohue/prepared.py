@@ -143,5 +143,5 @@ def prepare_scene(
     ((20, 30), 600)
     """
     raw = Raw(scene)
-    features = extract_features(scene, cues, raw)
+    features = extract_features(scene, cues, raw, workers)
     return PreparedScene.of(raw, features, settings or Preset(), seed, workers)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.parallel import Workers
 from geohue.errors import GeohueError
 from geohue.features.block import Block, Side
 from geohue.features.raw import Raw
@@ -146,7 +147,9 @@ class Features:
         return out
 
 
-def extract_features(scene: Scene, cues: str = "fusion", raw: Raw | None = None) -> Features:
+def extract_features(
+    scene: Scene, cues: str = "fusion", raw: Raw | None = None, workers: Workers | None = None
+) -> Features:
     """Represent each point by its normalised colour and geometry (eq. 1-4).
 
     Parameters
@@ -157,6 +160,8 @@ def extract_features(scene: Scene, cues: str = "fusion", raw: Raw | None = None)
         "fusion", "color" or "geometry", with those of `register_cue` after a plus sign.
     raw : Raw, optional
         What is derived from the scene, where it is there already.
+    workers : Workers, optional
+        Threads to use, a cue each; by default the calling one.
 
     Returns
     -------
@@ -184,8 +189,8 @@ def extract_features(scene: Scene, cues: str = "fusion", raw: Raw | None = None)
             if scene.size
             else "the scene has no points"
         )
-    values = raw or Raw(scene)
-    made = [cue.block(values, index) for cue in used]
+    values, team = raw or Raw(scene), workers or Workers(None)
+    made = list(team.map(lambda cue: cue.block(values, index), used))
     found = [(cue, *one) for cue, one in zip(used, made, strict=True) if one is not None]
     notes = tuple(cue.constant for cue, _, constant in found if constant and cue.constant)
     blocks = _with_both_sides([block for _, block, _ in found], len(index))

@@ -23,6 +23,7 @@ COLOR_UNIT = 30.0
 Labels = NDArray[np.int32]
 
 _BLOCK = 65_536
+_ROWS = 64
 
 
 def carry(
@@ -66,7 +67,7 @@ def carry(
     if scene.is_grid:
         width = scene.shape[1]
         rows, columns = draft[:, 0] // width, draft[0] % width
-        values = _values(scene, cues, lab)
+        values = _values(scene, cues, lab, workers)
         full = draw_borders(regions, segments, rows, columns, values, workers)
         return full if cues == "color" else np.where(scene.valid, full, np.int32(-1))
     full = np.full(scene.size, -1, np.int32)
@@ -75,14 +76,22 @@ def carry(
     return full
 
 
-def _values(scene: Scene, cues: Cues, lab: NDArray[np.float32] | None) -> NDArray[np.float32]:
+def _values(
+    scene: Scene, cues: Cues, lab: NDArray[np.float32] | None, workers: Workers
+) -> NDArray[np.float32]:
     """L, a, b and the logarithm of depth, NaN where there is none or the cue takes no part."""
     values = np.full((*scene.shape, 4), np.nan, np.float32)
-    if cues != "geometry":
-        values[..., :3] = lab_of(scene.colors) if lab is None else lab
-    if cues != "color":
-        with np.errstate(invalid="ignore", divide="ignore"):
-            values[..., 3] = np.log(scene.points[..., 2] if scene.depth is None else scene.depth)
+    depth = scene.points[..., 2] if scene.depth is None else scene.depth
+
+    def fill(rows: slice) -> None:
+        if cues != "geometry":
+            values[rows, :, :3] = lab_of(scene.colors[rows]) if lab is None else lab[rows]
+        if cues != "color":
+            with np.errstate(invalid="ignore", divide="ignore"):
+                np.log(depth[rows], out=values[rows, :, 3])
+
+    for _ in workers.map_blocks(fill, scene.shape[0], _ROWS):
+        pass
     return values
 
 
