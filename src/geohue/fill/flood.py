@@ -72,11 +72,12 @@ def _like_a_neighbour(
     pixels: NDArray[np.int64], labels: NDArray[np.int32], rgb: NDArray[np.uint8]
 ) -> NDArray[np.int32]:
     """Return the label of the neighbour that is closest in colour; -1 where none has a label."""
-    flat, colors = labels.reshape(-1), rgb.reshape(-1, 3).astype(np.int32)
+    flat, colors = labels.reshape(-1), rgb.reshape(-1, 3)
+    own = colors.take(pixels, axis=0).astype(np.int32)
     best, least = np.full(len(pixels), -1, np.int32), np.full(len(pixels), 3 * 255 + 1)
     for step in (-labels.shape[1], -1, 1, labels.shape[1]):
         there = pixels + step
-        distance = np.abs(colors[pixels] - colors[there]).sum(axis=1)
+        distance = np.abs(own - colors.take(there, axis=0)).sum(axis=1)
         better = (flat[there] >= 0) & (distance < least)
         best[better], least[better] = flat[there[better]], distance[better]
     return best
