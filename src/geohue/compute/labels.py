@@ -78,11 +78,29 @@ def relabel(labels: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int32], NDArra
     ([[1, 0, 0], [-1, 2, 0]], [3, 7, 5])
     """
     checked = check_labels(labels)
-    old, first, compact, sizes = np.unique(
-        checked, return_index=True, return_inverse=True, return_counts=True
-    )
+    if checked.size == 0:
+        return checked.copy(), np.zeros(0, np.int32)
+    old, place = compact(checked.reshape(-1))
+    sizes, first = np.bincount(place), np.empty(old.size, np.int64)
+    first[place[::-1]] = np.arange(place.size - 1, -1, -1)  # of several writes the last one counts
     real = np.flatnonzero(old >= 0)
     order = real[np.lexsort((first[real], -sizes[real]))]
     new_of = np.full(old.size, -1, dtype=np.int32)
     new_of[order] = np.arange(order.size, dtype=np.int32)
-    return new_of[compact.reshape(checked.shape)], old[order]
+    return new_of[place].reshape(checked.shape), old[order].astype(np.int32)
+
+
+def compact(values: NDArray[np.integer[Any]]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Distinct values, ascending, and the index of each value among them.
+
+    The same as ``np.unique(values, return_inverse=True)``, without its sort where the range is
+    small.
+    """
+    low, high = int(values.min()), int(values.max())
+    if high - low > 4 * values.size + 1024:
+        distinct, index = np.unique(values, return_inverse=True)
+        return distinct.astype(np.int64), index.astype(np.int64)
+    offset = values.astype(np.int64) - low
+    present = np.bincount(offset) > 0
+    position = np.cumsum(present) - 1
+    return np.flatnonzero(present).astype(np.int64) + low, position[offset]

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.labels import compact
 from geohue.errors import GeohueError
 
 Labels: TypeAlias = NDArray[np.integer[Any]]
@@ -150,22 +151,6 @@ def as_labels(labels: Labels, name: str) -> Labels:
             "convert with .astype(int) (first replace NaN by the label that means 'none')"
         )
     return array
-
-
-def compact(values: Labels) -> tuple[Counts, Counts]:
-    """Distinct values, ascending, and the index of each value among them.
-
-    The same as ``np.unique(values, return_inverse=True)``, without its sort where the range is
-    small.
-    """
-    low, high = int(values.min()), int(values.max())
-    if high - low > 4 * values.size + 1024:
-        distinct, index = np.unique(values, return_inverse=True)
-        return distinct.astype(np.int64), index.astype(np.int64)
-    offset = values.astype(np.int64) - low
-    present = np.bincount(offset) > 0
-    position = np.cumsum(present) - 1
-    return np.flatnonzero(present).astype(np.int64) + low, position[offset]
 
 
 def _sums(counts: Counts, index: Counts, size: int) -> Counts:

@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.labels import compact
 from geohue.errors import GeohueError
 from geohue.measures.boundary import BoundaryScores, Mask
 from geohue.measures.contingency import (
@@ -20,7 +21,6 @@ from geohue.measures.contingency import (
     Labels,
     as_labels,
     checked_labels,
-    compact,
 )
 from geohue.measures.objects import harmonic
 

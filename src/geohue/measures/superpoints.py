@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geohue.compute.labels import compact
 from geohue.errors import GeohueError
 from geohue.measures.boundary import boundary_precision_recall_f
 from geohue.measures.contingency import (
@@ -21,7 +22,6 @@ from geohue.measures.contingency import (
     Labels,
     as_labels,
     checked_labels,
-    compact,
     contingency_table,
 )
 from geohue.measures.pairs import (
