@@ -152,7 +152,7 @@ def draw_cells(
                     add_rows(moments, i, j, weights_y[y], INSIDE, n_regions, which[1], sums[1])
                 for x in range(edges_x[j], edges_x[j + 1]):
                     pixel, along = values[y, x], weights_x[x]
-                    label = names[0, 0]
+                    label = int(names[0, 0])
                     if count > 1:
                         label = likeliest(
                             pixel, sums[0], along, AROUND, names[0], count, segments, -1, noise
@@ -245,7 +245,7 @@ def likeliest(
         fit = log_likelihood(pixel, sums[k], weights, around, noise)
         if fit > most:
             best, most = k, fit
-    return names[best]
+    return int(names[best])
 
 
 @compiled_part
