@@ -57,3 +57,17 @@ def test_each_page_is_in_the_contents() -> None:
     pages = {page.relative_to(ROOT / "docs").with_suffix("").as_posix() for page in DOCS}
     assert pages - {"index"} <= set(listed)
     assert len(listed) == len(set(listed))  # none twice
+
+
+def anchors(page: Path) -> set[str]:
+    """Name the headings of a page as links do."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_each_link_to_a_heading_leads_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^):#]*\.md|)#([^)]+)\)", page.read_text("utf-8"))
+    missing = [(to, at) for to, at in links if at not in anchors(page.parent / to if to else page)]
+    assert not missing
