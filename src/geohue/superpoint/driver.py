@@ -93,9 +93,8 @@ def superpoints(
     """
     clock = StageClock(progress)
     taken = _cues(scene, cues)
-    if not (math.isfinite(compactness) and compactness >= 0):
-        raise GeohueError(f"compactness is {compactness}: expected a number of at least 0")
-    _check(count, size, width)
+    check_compactness(compactness)
+    check_size(count, size, width)
     with clock.stage("points"):
         nodes = nodes_of(scene, taken, threads)
         wanted = _count(nodes, count, size, width)
@@ -107,12 +106,12 @@ def superpoints(
         shape = nodes.points, nodes.lab, nodes.normals, nodes.weight, nodes.one, nodes.other
         table = tabulate(fine, n, *shape, step)
         merges, costs = merge_regions(table, nodes.spacing, merging_weights(compactness))
-        tree, region = _from_level(MergeTree(n, merges, costs), wanted)
+        tree, region = from_level(MergeTree(n, merges, costs), wanted)
     with clock.stage("labels"):
         names, old = relabel(region[fine][nodes.node])
         names[nodes.node < 0] = -1
         labels = label_unseen(names.reshape(scene.shape), scene)
-        levels = Levels(labels, _renamed(tree, old))
+        levels = Levels(labels, renamed(tree, old))
     k = len(old)
     seg = Segmentation(
         labels,
@@ -187,9 +186,20 @@ def fine_regions(nodes: Nodes, wanted: int) -> tuple[Labels, int, NDArray[np.flo
     return fine, loops.number_sets(parent, fine), step
 
 
-def _cues(scene: Scene, cues: str) -> str:
+def check_compactness(compactness: float) -> None:
+    """Raise an error unless it is a number of at least 0."""
+    if not (math.isfinite(compactness) and compactness >= 0):
+        raise GeohueError(f"compactness is {compactness}: expected a number of at least 0")
+
+
+def check_cues(cues: str) -> None:
+    """Raise an error for a word that names no cues."""
     if cues not in ("auto", "fusion", "color", "geometry"):
         raise GeohueError(f"cues is {cues!r}: choose auto, fusion, color or geometry")
+
+
+def _cues(scene: Scene, cues: str) -> str:
+    check_cues(cues)
     if cues != "auto":
         return cues
     if scene.is_grid and not scene.valid.any():
@@ -198,7 +208,8 @@ def _cues(scene: Scene, cues: str) -> str:
     return "geometry" if len(colors) and (colors == colors[0]).all() else "fusion"
 
 
-def _check(count: int | None, size: float | None, width: float | None) -> None:
+def check_size(count: int | None, size: float | None, width: float | None) -> None:
+    """Raise an error unless one of the three is given, and positive."""
     given = {"count": count, "size": size, "width": width}
     there = {name: value for name, value in given.items() if value is not None}
     if len(there) != 1:
@@ -223,23 +234,23 @@ def _count(nodes: Nodes, count: int | None, size: float | None, width: float | N
     return min(count, nodes.size)
 
 
-def _from_level(tree: MergeTree, count: int) -> tuple[MergeTree, Labels]:
+def from_level(tree: MergeTree, count: int) -> tuple[MergeTree, Labels]:
     """Cut off what is finer than a level; return the rest, and the regions that it begins with."""
     n = min(max(tree.n_regions - count, 0), len(tree.merges))
     region = tree.after(n)
     names = np.full(tree.n_regions, -1, np.int64)
-    names[_roots(tree, n)] = region[_roots(tree, n)]
+    names[roots(tree, n)] = region[roots(tree, n)]
     return MergeTree(int(region.max()) + 1, names[tree.merges[n:]], tree.scores[n:]), region
 
 
-def _roots(tree: MergeTree, n: int) -> NDArray[np.int64]:
+def roots(tree: MergeTree, n: int) -> NDArray[np.int64]:
     """Return the regions whose names stand for a segment after n merges."""
     there = np.ones(tree.n_regions, bool)
     there[tree.merges[:n, 1]] = False
     return np.flatnonzero(there)
 
 
-def _renamed(tree: MergeTree, old: NDArray[np.int32]) -> MergeTree:
+def renamed(tree: MergeTree, old: NDArray[np.int32]) -> MergeTree:
     """Return a tree whose region i was the region old[i]."""
     new = np.empty(len(old), np.int64)
     new[old] = np.arange(len(old))

@@ -1,0 +1,203 @@
+"""A tile of a cloud into regions, a few for each superpoint, that do not depend on its faces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geohue.compute.parallel import cores, workers
+from geohue.large.tiles import Buckets, Tiles
+from geohue.merge.tree import MergeTree
+from geohue.superpoint import loops
+from geohue.superpoint.driver import fine_regions, roots
+from geohue.superpoint.nodes import FAR, ROUNDS, Nodes, in_order, nodes_of_places
+from geohue.superpoint.opened import merge_inside
+from geohue.superpoint.ward import tabulate
+from geohue.superpoint.weights import merging_weights, step_weights
+
+Floats = NDArray[np.float64]
+Positions = NDArray[np.int64]
+
+FINER = 4.0
+"""Regions that a tile leaves for each superpoint: what is decided on the whole cloud."""
+
+HALO = 2.0 * FAR * (ROUNDS + 1)
+"""Typical distances of neighbours that a tile sees beyond its faces. The normal of a point depends
+on the neighbours of its neighbours, and which those are on points as far away again."""
+
+_SURVEY = 50  # one place in so many tells the typical distance
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What a tile is split by, the same for all.
+
+    Attributes
+    ----------
+    cues : {"fusion", "color", "geometry"}
+        What takes part.
+    compactness : float
+        As for `geohue.superpoints`.
+    spacing : float
+        Typical distance of neighbours.
+    density : float
+        Superpoints for each point.
+    origin : (3,) float64
+        What is taken off all positions.
+    """
+
+    cues: str
+    compactness: float
+    spacing: float
+    density: float
+    origin: Floats
+
+
+class TileRegions(NamedTuple):
+    """The regions of a tile, their borders, and the pairs of points across its faces.
+
+    Attributes
+    ----------
+    region : (R, 13) float64
+        As in `geohue.superpoint.ward.Regions`.
+    color : (R, 3) float64
+        Sums of sRGB.
+    border : (B, 2) float64
+        Pairs across each border, and the sum of their steps.
+    ends : (B, 2) int64
+        Its two regions.
+    inside : (C,) int64
+        The region of the near end of each pair across a face.
+    tile, row : (C,) int64
+        The tile of the far end, and which of its points it is.
+    step : (C,) float64
+        The step between the two.
+    """
+
+    region: Floats
+    color: Floats
+    border: Floats
+    ends: Positions
+    inside: Positions
+    tile: Positions
+    row: Positions
+    step: Floats
+
+
+def survey(
+    buckets: Buckets, tile: int, origin: Floats, threads: int | None
+) -> NDArray[np.float64]:
+    """Return the distance to the third nearest of some of the places of a tile."""
+    from scipy.spatial import cKDTree
+
+    points = buckets.rows(tile)["xyz"] - origin
+    order, new = in_order(points)
+    places = points[order][new]
+    if len(places) < 2:
+        return np.empty(0)
+    tree = cKDTree(places, balanced_tree=False, compact_nodes=False)
+    some, rank = places[::_SURVEY], min(4, len(places))
+    found = tree.query(some, [rank], workers=cores() if threads is None else threads)
+    return np.asarray(found[0]).reshape(-1)
+
+
+def area(buckets: Buckets, tile: int, wish: Wish, threads: int | None) -> float:
+    """Return the area of the surface in a tile."""
+    rows = buckets.rows(tile)
+    nodes = _nodes(rows["xyz"], rows["rgb"], replace(wish, cues="geometry"), threads)
+    here = nodes.points, nodes.normals, nodes.one, nodes.other
+    return nodes.size * loops.mean_area(*here) if len(nodes.one) else 0.0
+
+
+def split_tile(
+    buckets: Buckets,
+    tile: int,
+    tiles: Tiles,
+    bounds: Floats,
+    wish: Wish,
+    threads: int | None,
+) -> tuple[TileRegions, NDArray[np.int32]]:
+    """Split a tile.
+
+    Parameters
+    ----------
+    buckets : Buckets
+        The points of all tiles.
+    tile : int
+        Which one.
+    tiles : Tiles
+        All of them.
+    bounds : (T, 2, 3) float64
+        The boxes of their points.
+    wish : Wish
+        How.
+    threads : int, optional
+        How many; by default one a core.
+
+    Returns
+    -------
+    found : TileRegions
+    labels : (n,) int32
+        The region of each point of the tile.
+    """
+    own = buckets.rows(tile)
+    beyond = list(buckets.around(tile, tiles, bounds, HALO * wish.spacing))
+    rows = np.concatenate([own, *(part for _, _, part in beyond)])
+    owner = np.concatenate([np.full(len(part), t) for t, _, part in beyond] or [np.empty(0, int)])
+    place = np.concatenate([at for _, at, _ in beyond] or [np.empty(0, np.int64)])
+    nodes = _nodes(rows["xyz"], rows["rgb"], wish, threads)
+    step = np.empty(len(nodes.one))
+    here = nodes.points, nodes.lab, nodes.normals, nodes.one, nodes.other
+    loops.pair_steps(*here, wish.spacing, step_weights(), step)
+    is_own = nodes.first < len(own)
+    core = _only(nodes, is_own)
+    number = np.cumsum(is_own) - 1
+    fine, n, inner = fine_regions(core, max(1, round(wish.density * core.weight.sum())))
+    shape = core.points, core.lab, core.normals, core.weight, core.one, core.other
+    table = tabulate(fine, n, *shape, inner)
+    crossing = is_own[nodes.one] != is_own[nodes.other]
+    near = np.where(is_own[nodes.one], nodes.one, nodes.other)[crossing]
+    far = np.where(is_own[nodes.one], nodes.other, nodes.one)[crossing]
+    near, far = number[near], nodes.first[far] - len(own)
+    is_open = np.zeros(n, np.bool_)
+    is_open[fine[near]] = True
+    weights = merging_weights(wish.compactness)
+    merges, alive = merge_inside(table, wish.spacing, weights, is_open, FINER * wish.density)
+    tree = MergeTree(n, merges, np.zeros(len(merges)))
+    name, left = tree.after(len(merges)), roots(tree, len(merges))
+    left = left[np.argsort(name[left])]
+    labels = name[fine[number[nodes.node[: len(own)]]]]
+    color = np.stack([np.bincount(labels, own["rgb"][:, c], len(left)) for c in range(3)], axis=1)
+    ends = name[table.ends[alive]].astype(np.int64)
+    # Both tiles see a pair; the first of them tells.
+    told = owner[far] > tile
+    across = name[fine[near[told]]].astype(np.int64), owner[far[told]], place[far[told]]
+    found = TileRegions(
+        table.region[left], color, table.border[alive], ends, *across, step[crossing][told]
+    )
+    return found, labels
+
+
+def _nodes(xyz: Floats, rgb: NDArray[np.uint8], wish: Wish, threads: int | None) -> Nodes:
+    with workers(threads) as team:
+        count = cores() if threads is None else threads
+        return nodes_of_places(xyz - wish.origin, rgb, wish.cues, team, count, wish.spacing)
+
+
+def _only(nodes: Nodes, kept: NDArray[np.bool_]) -> Nodes:
+    """Return some of the nodes, and the pairs between them."""
+    number = np.cumsum(kept) - 1
+    both = kept[nodes.one] & kept[nodes.other]
+    return replace(
+        nodes,
+        points=np.ascontiguousarray(nodes.points[kept]),
+        lab=np.ascontiguousarray(nodes.lab[kept]),
+        normals=np.ascontiguousarray(nodes.normals[kept]),
+        one=number[nodes.one[both]],
+        other=number[nodes.other[both]],
+        weight=nodes.weight[kept],
+        first=nodes.first[kept],
+    )
