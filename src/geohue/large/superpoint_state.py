@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from geohue.errors import GeohueError
-from geohue.large.tile_regions import Floats, TileRegions
+from geohue.large.tile_regions import Across, Floats, TileRegions
 from geohue.large.tiles import Buckets, Tiles
 from geohue.read.files import broken, reason
 from geohue.results.atomic import atomic_write
@@ -114,17 +114,27 @@ class TileState:
         file = self.folder / f"graph-{tile}.npz"
         if not file.exists():
             return None
-        return TileRegions(**self._read(file))
+        found = self._read(file)
+        across = (
+            Across(*(found.pop(f"{kind}.{name}") for name in Across._fields))
+            for kind in ("pairs", "same")
+        )
+        pairs, same = across
+        return TileRegions(**found, pairs=pairs, same=same)
 
     def keep_split(
         self, tile: int, found: TileRegions, labels: np.ndarray[Any, np.dtype[np.int32]]
     ) -> None:
         """Keep the regions of a tile: those of its points first, then what says that they are."""
+        arrays = found._asdict()
+        for kind in ("pairs", "same"):
+            across: Across = arrays.pop(kind)
+            arrays |= {f"{kind}.{name}": value for name, value in across._asdict().items()}
         with atomic_write(self.buckets.regions(tile)) as temporary:
             temporary.write_bytes(labels.astype(np.int32).tobytes())
         with atomic_write(self.folder / f"graph-{tile}.npz") as temporary:
             with temporary.open("wb") as file:
-                np.savez(file, **found._asdict())
+                np.savez(file, **arrays)
 
     def fresh_folder(self) -> Path:
         """Return an empty folder for files that are to appear at the end."""

@@ -27,6 +27,7 @@ from geohue.read.files import broken
 from geohue.results.folder import TILED_SUPERPOINTS, check_result_folder, move_results
 from geohue.segmentation.result import StageClock
 from geohue.superpoint.driver import check_compactness, check_cues, check_size
+from geohue.superpoint.weights import FINE, MOST
 
 LEAST = 700 * MB
 """Peak of a run, without the graph of the regions of the whole cloud."""
@@ -194,7 +195,8 @@ class _Run:
         with clock.stage("split"):
             parts = self._split(state, found, wish)
         with clock.stage("merge"):
-            whole, k = self._merged(state, parts, wish, wanted)
+            whole = self._merged(state, parts, wish, wanted)
+        k = whole.tree.n_regions
         n_regions = len(whole.name) - 1
         notes = [] if k <= wanted else [f"{k} superpoints instead of {wanted}: so many lie apart"]
         new = state.fresh_folder()
@@ -310,13 +312,15 @@ class _Run:
 
     def _merged(
         self, state: TileState, parts: list[TileRegions], wish: Wish, wanted: int
-    ) -> tuple[Whole, int]:
+    ) -> Whole:
         def region_of(tile: int, rows: Positions) -> np.ndarray[Any, np.dtype[np.int32]]:
             return np.fromfile(state.buckets.regions(tile), np.int32)[rows]
 
-        regions, color, starts = joined(parts, region_of)
+        most = min(MOST, 1 / wish.density / FINE)
+        regions, color, starts, united = joined(parts, region_of, most)
         parts.clear()
-        return merged(regions, color, starts, wish, wanted)
+        name, tree, graph = merged(regions, color, wish, wanted)
+        return Whole(starts, np.append(name[united], -1), tree, graph)
 
 
 def _boxes(state: TileState, n: int) -> tuple[Floats, Positions]:

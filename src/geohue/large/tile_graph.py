@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geohue.large.tile_regions import TileRegions, Wish
+from geohue.large.tile_regions import Across, TileRegions, Wish
 from geohue.merge.tree import MergeTree
 from geohue.regions.groups import join_pairs
+from geohue.superpoint import loops
 from geohue.superpoint.driver import from_level, renamed
-from geohue.superpoint.ward import LAB, LENGTH, POSITION, SIZE, STEP, Regions, merge_regions
+from geohue.superpoint.ward import LAB, LENGTH, POSITION, SIZE, Regions, merge_regions
 from geohue.superpoint.weights import CRUMB, SHARE, merging_weights, step_weights
 
 Floats = NDArray[np.float64]
@@ -27,7 +29,7 @@ class Whole:
     ----------
     starts : (T,) int64
         The first region of each tile.
-    name : (R,) int64
+    name : (M + 1,) int64
         The superpoint of each region, and -1 at the end for points without one.
     tree : MergeTree
         How superpoints merge on.
@@ -42,8 +44,8 @@ class Whole:
 
 
 def joined(
-    parts: list[TileRegions], region_of: Callable[[int, Positions], NDArray[np.int32]]
-) -> tuple[Regions, Floats, Positions]:
+    parts: list[TileRegions], region_of: Callable[[int, Positions], NDArray[np.int32]], most: float
+) -> tuple[Regions, Floats, Positions, Positions]:
     """Put the regions of all tiles together, those that touch across a face as neighbours.
 
     Parameters
@@ -52,6 +54,8 @@ def joined(
         Of each tile.
     region_of : callable
         Given a tile and rows of its points, returns their regions.
+    most : float
+        Points of a set of a few points at most: those that a face cuts become one again.
 
     Returns
     -------
@@ -60,30 +64,59 @@ def joined(
     color : (R, 3) float64
         Sums of sRGB.
     starts : (T,) int64
-        The first region of each tile.
+        The first of the M regions of each tile.
+    name : (M,) int32
+        Which of the R regions each of them is.
     """
     starts = np.cumsum([0, *(len(part.region) for part in parts)])
-    ends, borders = [], []
-    for tile, part in enumerate(parts):
-        ends.append(part.ends + starts[tile])
-        borders.append(part.border)
-        far = np.empty(len(part.tile), np.int64)
-        for other in np.unique(part.tile).tolist():
-            there = part.tile == other
-            far[there] = region_of(other, part.row[there]) + starts[other]
-        across, border = _summed(part.inside + starts[tile], far, part.step, int(starts[-1]))
-        ends.append(across)
-        borders.append(border)
+    n = int(starts[-1])
+    beyond = [_far(part.pairs, starts, region_of) for part in parts]
+    cut = [_far(part.same, starts, region_of) for part in parts]
+    near = [part.same.inside + start for part, start in zip(parts, starts, strict=False)]
+    one, other = np.concatenate(near), np.concatenate(cut)
     region = np.concatenate([part.region for part in parts])
+    parent, name = np.arange(n, dtype=np.int32), np.empty(n, np.int32)
+    size = np.ascontiguousarray(region[:, SIZE])
+    loops.join_capped(one, other, np.arange(len(one)), parent, size, most)
+    n = loops.number_sets(parent, name)
+    ends, borders = [], []
+    for part, start, far in zip(parts, starts, beyond, strict=False):
+        ends += [part.ends + start, np.stack([part.pairs.inside + start, far], axis=1)]
+        step = part.pairs.step
+        borders += [part.border, np.stack([np.ones(len(step)), step], axis=1)]
+    pairs = name[np.concatenate(ends)].astype(np.int64)
+    apart = pairs[:, 0] != pairs[:, 1]
+    found, border = _summed(pairs[apart], np.concatenate(borders)[apart], n)
     color = np.concatenate([part.color for part in parts])
-    # Two regions touch inside of a tile or across one face: no border comes twice.
-    return Regions(region, np.concatenate(borders), np.concatenate(ends)), color, starts[:-1]
+    whole = Regions(_added(region, name, n), border, found)
+    return whole, _added(color, name, n), starts[:-1], name
+
+
+def _far(
+    across: Across, starts: Positions, region_of: Callable[[int, Positions], NDArray[np.int32]]
+) -> Positions:
+    """Return the region in the whole cloud of points in other tiles."""
+    far = np.empty(len(across.tile), np.int64)
+    for other in np.unique(across.tile).tolist():
+        there = across.tile == other
+        far[there] = region_of(other, across.row[there]) + starts[other]
+    return far
 
 
 def merged(
-    regions: Regions, color: Floats, starts: Positions, wish: Wish, wanted: int
-) -> tuple[Whole, int]:
-    """Merge the regions of a whole cloud; returns how many superpoints were reached, too."""
+    regions: Regions, color: Floats, wish: Wish, wanted: int
+) -> tuple[Positions, MergeTree, dict[str, NDArray[np.generic]]]:
+    """Merge the regions of a whole cloud.
+
+    Returns
+    -------
+    name : (R,) int64
+        The superpoint of each, the largest first.
+    tree : MergeTree
+        How superpoints merge on.
+    graph : dict of arrays
+        As in `Whole`.
+    """
     sums = np.hstack([regions.region[:, [SIZE]], regions.region[:, POSITION:], color])
     regions = with_crumbs(regions, max(CRUMB, SHARE * float(sums[:, 0].sum()) / wanted))
     ends, contact = regions.ends.copy(), regions.border[:, LENGTH].copy()
@@ -96,17 +129,17 @@ def merged(
     new = np.empty(k, np.int64)
     new[old] = np.arange(k)
     name = new[region]
-    total = np.stack([np.bincount(name, column, k) for column in sums.T], axis=1)
+    total = _added(sums, name, k)
     apart = name[ends[:, 0]] != name[ends[:, 1]]
-    pairs, border = _summed(*name[ends[apart]].T, contact[apart], k)
+    pairs, border = _summed(name[ends[apart]], contact[apart, None], k)
     graph: dict[str, NDArray[np.generic]] = {
         "size": total[:, 0].astype(np.int64),
         "center": total[:, 1:4] / total[:, :1] + wish.origin,
         "color": total[:, 4:] / total[:, :1],
         "edges": pairs,
-        "contact": border[:, STEP].astype(np.int64),
+        "contact": border[:, 0].astype(np.int64),
     }
-    return Whole(starts, np.append(name, -1), renamed(tree, old.astype(np.int32)), graph), k
+    return name, renamed(tree, old.astype(np.int32)), graph
 
 
 def with_crumbs(regions: Regions, least: float) -> Regions:
@@ -137,10 +170,14 @@ def with_crumbs(regions: Regions, least: float) -> Regions:
     )
 
 
-def _summed(one: Positions, other: Positions, step: Floats, n: int) -> tuple[Positions, Floats]:
-    """Return the different pairs among 0..n-1, (B, 2), with how often each comes and its sum."""
-    keys = np.minimum(one, other) * n + np.maximum(one, other)
-    there, place, count = np.unique(keys, return_inverse=True, return_counts=True)
-    total = np.bincount(place.reshape(-1), step, len(there))
-    border = np.stack([count.astype(np.float64), total], axis=1)
-    return np.stack([there // max(n, 1), there % max(n, 1)], axis=1), border
+def _summed(pairs: Positions, border: Floats, n: int) -> tuple[Positions, Floats]:
+    """Return the different pairs among 0..n-1, (B, 2), with the sums of their borders."""
+    keys = pairs.min(axis=1) * n + pairs.max(axis=1)
+    there, place = np.unique(keys, return_inverse=True)
+    ends = np.stack([there // max(n, 1), there % max(n, 1)], axis=1)
+    return ends, _added(border, place.reshape(-1), len(there))
+
+
+def _added(rows: Floats, name: NDArray[np.integer[Any]], n: int) -> Floats:
+    """Add up the rows of each name."""
+    return np.stack([np.bincount(name, column, n) for column in rows.T], axis=1)

@@ -16,7 +16,7 @@ from geohue.superpoint.driver import fine_regions, roots
 from geohue.superpoint.nodes import FAR, ROUNDS, Nodes, in_order, nodes_of_places
 from geohue.superpoint.opened import merge_inside
 from geohue.superpoint.ward import tabulate
-from geohue.superpoint.weights import merging_weights, step_weights
+from geohue.superpoint.weights import merging_weights
 
 Floats = NDArray[np.float64]
 Positions = NDArray[np.int64]
@@ -56,8 +56,27 @@ class Wish:
     origin: Floats
 
 
+class Across(NamedTuple):
+    """Regions of a tile and points of others.
+
+    Attributes
+    ----------
+    inside : (C,) int64
+        The region.
+    tile, row : (C,) int64
+        The tile of the point, and which of its points it is.
+    step : (C,) float64
+        The step between the two.
+    """
+
+    inside: Positions
+    tile: Positions
+    row: Positions
+    step: Floats
+
+
 class TileRegions(NamedTuple):
-    """The regions of a tile, their borders, and the pairs of points across its faces.
+    """The regions of a tile, their borders, and what lies across its faces.
 
     Attributes
     ----------
@@ -69,22 +88,18 @@ class TileRegions(NamedTuple):
         Pairs across each border, and the sum of their steps.
     ends : (B, 2) int64
         Its two regions.
-    inside : (C,) int64
-        The region of the near end of each pair across a face.
-    tile, row : (C,) int64
-        The tile of the far end, and which of its points it is.
-    step : (C,) float64
-        The step between the two.
+    pairs : Across
+        Points side by side across a face.
+    same : Across
+        Regions of a few points that a face cuts: the point is of the same.
     """
 
     region: Floats
     color: Floats
     border: Floats
     ends: Positions
-    inside: Positions
-    tile: Positions
-    row: Positions
-    step: Floats
+    pairs: Across
+    same: Across
 
 
 def survey(
@@ -149,35 +164,45 @@ def split_tile(
     owner = np.concatenate([np.full(len(part), t) for t, _, part in beyond] or [np.empty(0, int)])
     place = np.concatenate([at for _, at, _ in beyond] or [np.empty(0, np.int64)])
     nodes = _nodes(rows["xyz"], rows["rgb"], wish, threads)
-    step = np.empty(len(nodes.one))
-    here = nodes.points, nodes.lab, nodes.normals, nodes.one, nodes.other
-    loops.pair_steps(*here, wish.spacing, step_weights(), step)
     is_own = nodes.first < len(own)
-    core = _only(nodes, is_own)
     number = np.cumsum(is_own) - 1
-    fine, n, inner = fine_regions(core, max(1, round(wish.density * core.weight.sum())))
+    core = _only(nodes, is_own)
+    every, n, step = fine_regions(
+        nodes, max(1, round(wish.density * nodes.weight.sum())), exact=True
+    )
+    # Sets that lie beyond the faces alone are another tile's.
+    kept, fine = np.unique(every[is_own], return_inverse=True)
+    fine = fine.reshape(-1).astype(np.int32)
+    mine = np.full(n, -1, np.int64)
+    mine[kept] = np.arange(len(kept))
     shape = core.points, core.lab, core.normals, core.weight, core.one, core.other
-    table = tabulate(fine, n, *shape, inner)
+    inside = is_own[nodes.one] & is_own[nodes.other]
+    table = tabulate(fine, len(kept), *shape, step[inside])
     crossing = is_own[nodes.one] != is_own[nodes.other]
     near = np.where(is_own[nodes.one], nodes.one, nodes.other)[crossing]
     far = np.where(is_own[nodes.one], nodes.other, nodes.one)[crossing]
-    near, far = number[near], nodes.first[far] - len(own)
-    is_open = np.zeros(n, np.bool_)
-    is_open[fine[near]] = True
+    near, far = fine[number[near]].astype(np.int64), nodes.first[far] - len(own)
+    rest = np.flatnonzero(~is_own & (mine[every] >= 0))
+    part, part_far = mine[every[rest]], nodes.first[rest] - len(own)
+    is_open = np.zeros(len(kept), np.bool_)
+    is_open[near], is_open[part] = True, True
     weights = merging_weights(wish.compactness)
     merges, alive = merge_inside(table, wish.spacing, weights, is_open, FINER * wish.density)
-    tree = MergeTree(n, merges, np.zeros(len(merges)))
+    tree = MergeTree(len(kept), merges, np.zeros(len(merges)))
     name, left = tree.after(len(merges)), roots(tree, len(merges))
     left = left[np.argsort(name[left])]
     labels = name[fine[number[nodes.node[: len(own)]]]]
     color = np.stack([np.bincount(labels, own["rgb"][:, c], len(left)) for c in range(3)], axis=1)
+
+    def told(region: Positions, far: Positions, step: Floats) -> Across:
+        # Both tiles see a pair; the first of them tells.
+        by = owner[far] > tile
+        return Across(name[region[by]].astype(np.int64), owner[far[by]], place[far[by]], step[by])
+
     ends = name[table.ends[alive]].astype(np.int64)
-    # Both tiles see a pair; the first of them tells.
-    told = owner[far] > tile
-    across = name[fine[near[told]]].astype(np.int64), owner[far[told]], place[far[told]]
-    found = TileRegions(
-        table.region[left], color, table.border[alive], ends, *across, step[crossing][told]
-    )
+    borders = told(near, far, step[crossing])
+    same = told(part, part_far, np.zeros(len(part)))
+    found = TileRegions(table.region[left], color, table.border[alive], ends, borders, same)
     return found, labels
 
 

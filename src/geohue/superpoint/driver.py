@@ -162,8 +162,20 @@ def nested(seg: Segmentation, counts: Sequence[int]) -> NDArray[np.int64]:
     return np.stack([seg.levels.with_segments(int(c)) for c in counts]).astype(np.int64)
 
 
-def fine_regions(nodes: Nodes, wanted: int) -> tuple[Labels, int, NDArray[np.float64]]:
+def fine_regions(
+    nodes: Nodes, wanted: int, *, exact: bool = False
+) -> tuple[Labels, int, NDArray[np.float64]]:
     """Join neighbours into sets of a few points, those with the least step first.
+
+    Parameters
+    ----------
+    nodes : Nodes
+        The points.
+    wanted : int
+        How many superpoints they are to become.
+    exact : bool
+        Whether the order of the pairs goes by their steps alone, and not by that of the nodes where
+        two steps are nearly the same.
 
     Returns
     -------
@@ -178,7 +190,8 @@ def fine_regions(nodes: Nodes, wanted: int) -> tuple[Labels, int, NDArray[np.flo
     here = nodes.points, nodes.lab, nodes.normals, nodes.one, nodes.other
     loops.pair_steps(*here, nodes.spacing, step_weights(), step)
     # Sixteen bits sort many times faster than the numbers themselves.
-    order = np.argsort(np.minimum(step * 2000, 65535).astype(np.uint16), kind="stable")
+    keys = step if exact else np.minimum(step * 2000, 65535).astype(np.uint16)
+    order = np.argsort(keys, kind="stable")
     parent, size = np.arange(nodes.size, dtype=np.int32), nodes.weight.copy()
     cap = min(MOST, float(nodes.weight.sum()) / wanted / FINE)
     loops.join_capped(nodes.one, nodes.other, order, parent, size, cap)
