@@ -132,9 +132,9 @@ class TileState:
             arrays |= {f"{kind}.{name}": value for name, value in across._asdict().items()}
         with atomic_write(self.buckets.regions(tile)) as temporary:
             temporary.write_bytes(labels.astype(np.int32).tobytes())
-        with atomic_write(self.folder / f"graph-{tile}.npz") as temporary:
-            with temporary.open("wb") as file:
-                np.savez(file, **arrays)
+        graph = self.folder / f"graph-{tile}.npz"
+        with atomic_write(graph) as temporary, temporary.open("wb") as file:
+            np.savez(file, **arrays)
 
     def fresh_folder(self) -> Path:
         """Return an empty folder for files that are to appear at the end."""

@@ -310,9 +310,7 @@ class _Run:
                 f"{needed // MB} MB; allow more with --resume, or ask for fewer superpoints"
             )
 
-    def _merged(
-        self, state: TileState, parts: list[TileRegions], wish: Wish, wanted: int
-    ) -> Whole:
+    def _merged(self, state: TileState, parts: list[TileRegions], wish: Wish, wanted: int) -> Whole:
         def region_of(tile: int, rows: Positions) -> np.ndarray[Any, np.dtype[np.int32]]:
             return np.fromfile(state.buckets.regions(tile), np.int32)[rows]
 

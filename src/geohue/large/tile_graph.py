@@ -45,7 +45,7 @@ class Whole:
 
 def joined(
     parts: list[TileRegions], region_of: Callable[[int, Positions], NDArray[np.int32]], most: float
-) -> tuple[Regions, Floats, Positions, Positions]:
+) -> tuple[Regions, Floats, Positions, NDArray[np.int32]]:
     """Put the regions of all tiles together, those that touch across a face as neighbours.
 
     Parameters

@@ -102,9 +102,7 @@ class TileRegions(NamedTuple):
     same: Across
 
 
-def survey(
-    buckets: Buckets, tile: int, origin: Floats, threads: int | None
-) -> NDArray[np.float64]:
+def survey(buckets: Buckets, tile: int, origin: Floats, threads: int | None) -> NDArray[np.float64]:
     """Return the distance to the third nearest of some of the places of a tile."""
     from scipy.spatial import cKDTree
 
@@ -158,52 +156,102 @@ def split_tile(
     labels : (n,) int32
         The region of each point of the tile.
     """
-    own = buckets.rows(tile)
-    beyond = list(buckets.around(tile, tiles, bounds, HALO * wish.spacing))
-    rows = np.concatenate([own, *(part for _, _, part in beyond)])
-    owner = np.concatenate([np.full(len(part), t) for t, _, part in beyond] or [np.empty(0, int)])
-    place = np.concatenate([at for _, at, _ in beyond] or [np.empty(0, np.int64)])
-    nodes = _nodes(rows["xyz"], rows["rgb"], wish, threads)
-    is_own = nodes.first < len(own)
-    number = np.cumsum(is_own) - 1
-    core = _only(nodes, is_own)
+    view = _View.of(buckets, tile, tiles, bounds, wish, threads)
+    nodes, is_own, n_own = view.nodes, view.is_own, view.n_own
     every, n, step = fine_regions(
         nodes, max(1, round(wish.density * nodes.weight.sum())), exact=True
     )
     # Sets that lie beyond the faces alone are another tile's.
-    kept, fine = np.unique(every[is_own], return_inverse=True)
-    fine = fine.reshape(-1).astype(np.int32)
+    kept, fine = _numbered(every[is_own])
     mine = np.full(n, -1, np.int64)
     mine[kept] = np.arange(len(kept))
-    shape = core.points, core.lab, core.normals, core.weight, core.one, core.other
-    inside = is_own[nodes.one] & is_own[nodes.other]
-    table = tabulate(fine, len(kept), *shape, step[inside])
     crossing = is_own[nodes.one] != is_own[nodes.other]
-    near = np.where(is_own[nodes.one], nodes.one, nodes.other)[crossing]
-    far = np.where(is_own[nodes.one], nodes.other, nodes.one)[crossing]
-    near, far = fine[number[near]].astype(np.int64), nodes.first[far] - len(own)
+    first = is_own[nodes.one[crossing]]
+    one, other = nodes.one[crossing], nodes.other[crossing]
+    near, far = mine[every[np.where(first, one, other)]], np.where(first, other, one)
     rest = np.flatnonzero(~is_own & (mine[every] >= 0))
-    part, part_far = mine[every[rest]], nodes.first[rest] - len(own)
+    part = mine[every[rest]]
     is_open = np.zeros(len(kept), np.bool_)
     is_open[near], is_open[part] = True, True
+    inside = is_own[nodes.one] & is_own[nodes.other]
+    core = _only(nodes, is_own, inside)
+    shape = core.points, core.lab, core.normals, core.weight, core.one, core.other
+    table = tabulate(fine, len(kept), *shape, step[inside])
     weights = merging_weights(wish.compactness)
     merges, alive = merge_inside(table, wish.spacing, weights, is_open, FINER * wish.density)
     tree = MergeTree(len(kept), merges, np.zeros(len(merges)))
     name, left = tree.after(len(merges)), roots(tree, len(merges))
     left = left[np.argsort(name[left])]
-    labels = name[fine[number[nodes.node[: len(own)]]]]
-    color = np.stack([np.bincount(labels, own["rgb"][:, c], len(left)) for c in range(3)], axis=1)
-
-    def told(region: Positions, far: Positions, step: Floats) -> Across:
-        # Both tiles see a pair; the first of them tells.
-        by = owner[far] > tile
-        return Across(name[region[by]].astype(np.int64), owner[far[by]], place[far[by]], step[by])
-
-    ends = name[table.ends[alive]].astype(np.int64)
-    borders = told(near, far, step[crossing])
-    same = told(part, part_far, np.zeros(len(part)))
-    found = TileRegions(table.region[left], color, table.border[alive], ends, borders, same)
+    labels = name[mine[every[nodes.node[:n_own]]]]
+    color = [np.bincount(labels, channel, len(left)) for channel in view.colors.T]
+    found = TileRegions(
+        table.region[left],
+        np.stack(color, axis=1).astype(np.float64),
+        table.border[alive],
+        name[table.ends[alive]].astype(np.int64),
+        view.told(tile, name[near], far, step[crossing]),
+        view.told(tile, name[part], rest, np.zeros(len(part))),
+    )
     return found, labels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _View:
+    """The points of a tile and those around it.
+
+    Attributes
+    ----------
+    nodes : Nodes
+        Of all of them, those of the tile first.
+    n_own : int
+        How many are of the tile.
+    is_own : (M,) bool
+        Whose places are in it.
+    colors : (n_own, 3) uint8
+        Of the tile's points.
+    owner, row : (m,) int64
+        Of each other point: its tile, and which of that tile's points it is.
+    """
+
+    nodes: Nodes
+    n_own: int
+    is_own: NDArray[np.bool_]
+    colors: NDArray[np.uint8]
+    owner: Positions
+    row: Positions
+
+    @classmethod
+    def of(
+        cls,
+        buckets: Buckets,
+        tile: int,
+        tiles: Tiles,
+        bounds: Floats,
+        wish: Wish,
+        threads: int | None,
+    ) -> _View:
+        own = buckets.rows(tile)
+        beyond = list(buckets.around(tile, tiles, bounds, HALO * wish.spacing))
+        rows = np.concatenate([own, *(part for _, _, part in beyond)])
+        none = np.empty(0, np.int64)
+        owner = np.concatenate([none, *(np.full(len(at), t) for t, at, _ in beyond)])
+        row = np.concatenate([none, *(at for _, at, _ in beyond)])
+        nodes = _nodes(rows["xyz"], rows["rgb"], wish, threads)
+        colors = np.array(own["rgb"])
+        return cls(nodes, len(own), nodes.first < len(own), colors, owner, row)
+
+    def told(self, tile: int, region: NDArray[np.int32], far: Positions, step: Floats) -> Across:
+        """Return what lies across: both tiles see it, and the first of them tells."""
+        point = self.nodes.first[far] - self.n_own
+        by = self.owner[point] > tile
+        point = point[by]
+        return Across(region[by].astype(np.int64), self.owner[point], self.row[point], step[by])
+
+
+def _numbered(labels: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the different labels, and the number of each label among them."""
+    kept, number = np.unique(labels, return_inverse=True)
+    return kept, np.asarray(number.reshape(-1), np.int32)
 
 
 def _nodes(xyz: Floats, rgb: NDArray[np.uint8], wish: Wish, threads: int | None) -> Nodes:
@@ -212,10 +260,9 @@ def _nodes(xyz: Floats, rgb: NDArray[np.uint8], wish: Wish, threads: int | None)
         return nodes_of_places(xyz - wish.origin, rgb, wish.cues, team, count, wish.spacing)
 
 
-def _only(nodes: Nodes, kept: NDArray[np.bool_]) -> Nodes:
-    """Return some of the nodes, and the pairs between them."""
+def _only(nodes: Nodes, kept: NDArray[np.bool_], both: NDArray[np.bool_]) -> Nodes:
+    """Return some of the nodes, and the pairs between `both` of them."""
     number = np.cumsum(kept) - 1
-    both = kept[nodes.one] & kept[nodes.other]
     return replace(
         nodes,
         points=np.ascontiguousarray(nodes.points[kept]),

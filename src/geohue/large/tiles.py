@@ -192,9 +192,7 @@ def blocks_of(source: Chunks) -> Iterator[tuple[int, tuple[Floats, NDArray[np.ui
         source.close()
 
 
-def in_file_order(
-    buckets: Buckets, n_points: int, starts: Positions
-) -> Iterator[Positions]:
+def in_file_order(buckets: Buckets, n_points: int, starts: Positions) -> Iterator[Positions]:
     """Yield the region of each point of a cloud, in blocks, -1 = none.
 
     Parameters
@@ -220,9 +218,7 @@ def in_file_order(
             yield regions
 
 
-def _runs(
-    tiles: NDArray[np.int32], order: Positions
-) -> Iterator[tuple[int, Positions]]:
+def _runs(tiles: NDArray[np.int32], order: Positions) -> Iterator[tuple[int, Positions]]:
     """Yield each tile among sorted ones with its part of `order`; -1 is left out."""
     edges = np.flatnonzero(np.diff(tiles, prepend=-2, append=-2))
     for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):

@@ -80,9 +80,7 @@ SUPERPOINTS = Kind(
 )
 """What ``geohue superpoints`` writes for a scene."""
 
-TILED_SUPERPOINTS = Kind(
-    SUPERPOINTS.mark, SUPERPOINTS.names, frozenset(["running.lock", "tiles"])
-)
+TILED_SUPERPOINTS = Kind(SUPERPOINTS.mark, SUPERPOINTS.names, frozenset(["running.lock", "tiles"]))
 """The same of a cloud in tiles, in whose folder a killed run leaves them."""
 
 

@@ -83,11 +83,11 @@ def run_inside(
             break
         kept, gone = regions.ends[e, 0], regions.ends[e, 1]
         if is_open[kept] or is_open[gone]:
-            for i in (kept, gone):
-                if not is_open[i]:
-                    is_open[i] = True
-                    left -= 1
-                    points -= regions.region[i, SIZE]
+            closed = gone if is_open[kept] else kept
+            if not is_open[closed]:
+                is_open[closed] = True
+                left -= 1
+                points -= regions.region[closed, SIZE]
             place(queue, e, np.inf)
             continue
         merges[n, 0], merges[n, 1] = kept, gone
@@ -95,10 +95,18 @@ def run_inside(
         left -= 1
         remove(queue, e)
         take_up(regions, links, queue, kept, gone)
-        half = links.first[kept]
-        while half >= 0:
-            at = half >> 1
-            if queue.place[at] >= 0:
-                place(queue, at, cost(regions, at, spacing, weights))
-            half = links.next[half]
+        judge_around(regions, spacing, weights, links, queue, kept)
     return n
+
+
+@compiled
+def judge_around(
+    regions: Regions, spacing: float, weights: Floats, links: Links, queue: Queue, i: int
+) -> None:
+    """Give all borders of a region their costs anew."""
+    half = links.first[i]
+    while half >= 0:
+        at = half >> 1
+        if queue.place[at] >= 0:
+            place(queue, at, cost(regions, at, spacing, weights))
+        half = links.next[half]
