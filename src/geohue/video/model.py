@@ -204,7 +204,8 @@ class CarriedModel:
 
         Every third point is looked at.
         """
-        x = features.mixed(1.0)[::3]
+        # The spread is that of an older frame: squares of what it makes huge need float64.
+        x = features.mixed(1.0)[::3].astype(np.float64)
         if len(x) == 0 or len(self.landmarks) == 0:
             return 0.0
         squared = (x**2).sum(axis=1)[:, None] + (self.landmarks**2).sum(axis=1)
