@@ -154,9 +154,9 @@ def test_windows_behind_the_border_are_used_again(monkeypatch: pytest.MonkeyPatc
         raise AssertionError("a border of 8 pixels has room in the first pool")
 
     monkeypatch.setattr(state, "grown", grown)
-    labels = np.full((8, 200), -1, np.int32)
-    labels[:, 0] = 3
-    assert (fill_labels(labels, np.zeros((8, 200, 3), np.float32)) == 3).all()
+    labels = np.full((200, 8), -1, np.int32)
+    labels[0] = 3
+    assert (fill_labels(labels, np.zeros((200, 8, 3), np.float32)) == 3).all()
 
 
 # --- by hand -------------------------------------------------------------------------------------
