@@ -39,8 +39,9 @@ LEAST = 0.85
 
 # Fuzzing takes long and finds little that the laws do not.
 QUICKLY = "-x", "-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "--ignore-glob=*test_fuzz_*"
+AT_HOME = "-c", str(ROOT / "pyproject.toml"), "--rootdir", str(ROOT)
 
-# Room, and the tests that answer for it. Those of a file's own name run first.
+# Room, and the tests that answer for it. The file's own examples and tests run first.
 ROOMS = {
     "features": ["features", "prepared", "segmentation/test_segment.py"],
     "ncut": ["ncut", "segmentation/test_segment.py"],
@@ -190,7 +191,7 @@ class Bench:
         """
         kept = {"NUMBA_CACHE_DIR": str(compiled or self._kept)}
         running = subprocess.Popen(
-            [sys.executable, "-m", "pytest", *QUICKLY, *tests],
+            [sys.executable, "-m", "pytest", *QUICKLY, *AT_HOME, *tests],
             cwd=ROOT,
             env=self.environment | kept,
             stdout=subprocess.DEVNULL,
@@ -205,6 +206,7 @@ class Bench:
     def survives(self, mutant: Mutant, text: str, tests: list[str], limit: float) -> bool:
         """Whether the tests pass with a mutant in place."""
         file = self.package / mutant.path
+        tests = [str(file), *tests]  # its examples first
         kept, stamp = file.read_bytes(), file.stat()
         shutil.rmtree(self._own, ignore_errors=True)
         shutil.copytree(self._kept, self._own)
@@ -275,22 +277,37 @@ def known() -> dict[str, list[tuple[Mutant, str]]]:
     return found
 
 
+def left_alive(report: Path) -> dict[str, list[tuple[Mutant, str]]]:
+    """Return the mutants that an earlier run left alive, by room; those that still apply."""
+    found: dict[str, list[tuple[Mutant, str]]] = {}
+    for entry in json.loads(report.read_text("utf-8")):
+        mutant = Mutant(**entry["mutant"])
+        lines = (ROOT / "src" / "geohue" / mutant.path).read_text("utf-8").splitlines(True)
+        line = lines[mutant.line - 1] if mutant.line <= len(lines) else ""
+        if entry["word"] == "alive" and mutant.before in line:
+            lines[mutant.line - 1] = line.replace(mutant.before, mutant.after, 1)
+            found.setdefault(entry["room"], []).append((mutant, "".join(lines)))
+    return found
+
+
 def main() -> None:
     """Draw, judge and report."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--each", type=int, default=20, help="mutants of each room")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--rooms", default=",".join(ROOMS))
+    parser.add_argument("--again", type=Path, help="only what this report says is alive")
     parser.add_argument("-o", "--output", type=Path, default=Path("out/mutants.json"))
     given = parser.parse_args()
     given.output.parent.mkdir(parents=True, exist_ok=True)
     verdicts: list[Verdict] = []
-    named = known()
+    named = left_alive(given.again) if given.again else known()
+    each = 0 if given.again else given.each
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(Path(folder))
         for room in given.rooms.split(","):
-            mutants = named.get(room, []) + drawn(room, given.each, given.seed)
-            for verdict in judge(bench, room, mutants):
+            mutants = named.get(room, []) + drawn(room, each, given.seed)
+            for verdict in judge(bench, room, mutants) if mutants else ():
                 m = verdict.mutant
                 print(f"{verdict.word:10} {m.path}:{m.line}: {m.before}  ->  {m.after}", flush=True)
                 verdicts.append(verdict)
