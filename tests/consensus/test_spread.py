@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geohue import Scene
 from geohue.compute.parallel import workers
 from geohue.consensus import spread
+from geohue.consensus.spread import _two_nearest
 from geohue.prepared import prepare_scene
 from geohue.settings import Preset
 from twins import votes as twin
@@ -83,3 +85,15 @@ def test_a_draft_of_the_whole_cloud_is_put_in_order() -> None:
     found = spread(labels, prepared)
     assert np.array_equal(found[draft], labels)
     assert not np.array_equal(found, labels)
+
+
+@pytest.mark.parametrize(
+    ("n", "kept", "expected"),
+    [
+        (3, [1], [[0, 0]] * 3),
+        (8, [1, 6], [[0, 1]] * 4 + [[1, 0]] * 4),
+        (8, [0, 3, 6], [[0, 1], [0, 1], [1, 0], [1, 2], [1, 2], [2, 1], [2, 1], [2, 1]]),
+    ],
+)
+def test_the_two_nearest_rows_by_hand(n: int, kept: list[int], expected: list[list[int]]) -> None:
+    assert _two_nearest(n, np.array(kept)).tolist() == expected

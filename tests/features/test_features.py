@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skimage.color import rgb2lab
 
 from geohue import GeohueError, Scene
-from geohue.features import Block, Features, extract_features, lab_of
+from geohue.features import Block, Features, extract_features, lab_of, normalized
 from twins import features as twin
 
 
@@ -76,6 +76,15 @@ def test_a_cue_without_spread_is_zero_and_said_so(offset: float) -> None:
     features = extract_features(scene)
     assert not features.mixed(1.0).any()
     assert len(features.notes) == 2
+
+
+@pytest.mark.parametrize(("step", "same"), [(1e-4, True), (6e-3, False)])
+def test_a_spread_is_structure_from_a_millionth_on(step: float, same: bool) -> None:
+    values = np.float32(1000) + np.float32(step) * np.resize([0, 1], (50, 3)).astype(np.float32)
+    scaled, constant = normalized(values)
+    assert values.std() > 0
+    assert constant == same
+    assert (not scaled.any()) == same
 
 
 def test_missing_geometry_takes_no_part_unless_colour_alone_counts() -> None:

@@ -149,6 +149,16 @@ def test_same_as_the_slow_twin_when_the_pool_of_windows_grows(
         np.testing.assert_array_equal(filled, slow_fill(labels, lab, window, mask)[0])
 
 
+def test_windows_behind_the_border_are_used_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    def grown(_: Any) -> Any:
+        raise AssertionError("a border of 8 pixels has room in the first pool")
+
+    monkeypatch.setattr(state, "grown", grown)
+    labels = np.full((200, 8), -1, np.int32)
+    labels[0] = 3
+    assert (fill_labels(labels, np.zeros((200, 8, 3), np.float32)) == 3).all()
+
+
 # --- by hand -------------------------------------------------------------------------------------
 
 

@@ -29,6 +29,18 @@ class TestLabels:
         centers = find_centers(rows, k, labelling, np.random.default_rng(0))
         assert adjusted_rand_score(truth, nearest_center(rows, centers)) == 1
 
+    def test_a_restart_that_is_clearly_better_wins(self) -> None:
+        rows = np.random.default_rng(8).normal(size=(60, 3))
+        rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+
+        def cost(restarts: int) -> float:
+            rng = np.random.default_rng(0)
+            centers = find_centers(rows, 5, "kmeans", rng, restarts)
+            return float(((rows[:, None] - centers) ** 2).sum(axis=2).min(axis=1).sum())
+
+        assert cost(10) < 0.85 * cost(0)
+        assert cost(10) <= cost(3) <= cost(0)
+
     def test_one_segment(self) -> None:
         rows = np.ones((4, 1))
         centers = find_centers(rows, 1, "kmeans", np.random.default_rng(0))

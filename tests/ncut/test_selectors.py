@@ -77,6 +77,27 @@ def test_rotation_cost_is_1_on_turned_axes_and_more_otherwise(k: int, seed: int)
     assert 1.03 < rotation_cost(anywhere) <= k
 
 
+@given(st.integers(0, 1000))
+@settings(max_examples=15, deadline=None)
+def test_rotation_cost_in_the_plane_is_the_least_of_all_angles(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    turn, _ = np.linalg.qr(rng.normal(size=(2, 2)))
+    # Groups of different sizes and spreads: the best axes are not those of any of the rows.
+    rows = np.repeat(np.eye(2), [40, 15], axis=0) @ turn
+    rows += rng.normal(0.1, 0.15, rows.shape)
+    angles = np.radians(np.arange(0, 90, 0.1))
+    axes = np.stack([np.cos(angles), np.sin(angles)])
+    along = np.stack([rows @ axes, rows @ np.stack([-axes[1], axes[0]])]) ** 2
+    least = (along.sum(axis=0) / along.max(axis=0)).mean(axis=0).min()
+    assert rotation_cost(rows) == pytest.approx(least, abs=3e-4)
+
+
+def test_self_tuning_does_not_take_what_aligns_worse() -> None:
+    two = np.repeat(np.eye(2), 50, axis=0)
+    three = np.random.default_rng(0).normal(size=(100, 3))
+    assert self_tuning(lambda k: two if k == 2 else three, 3) == 2
+
+
 def test_self_tuning_prefers_the_largest_of_equals() -> None:
     rows = np.repeat(np.eye(6), 10, axis=0)
     assert self_tuning(lambda k: rows[: 10 * k, :k], 6) == 6

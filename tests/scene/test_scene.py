@@ -129,6 +129,16 @@ class TestThinning:
         scene = Scene.from_image(np.zeros((3, 3, 3), np.uint8))
         assert scene.thinning(100, np.random.default_rng(0)).ravel().tolist() == list(range(9))
 
+    def test_distances_beyond_float32_come_last(self) -> None:
+        points = np.array([[1, 0, 0], [-1, 3.4e38, 3.4e38], [-1, -3.4e38, 0], [1, 1, 1]])
+        scene = Scene.from_cloud(points, np.zeros((4, 3), np.uint8))
+        assert sorted(scene.thinning(9, np.random.default_rng(0)).tolist()) == [0, 1, 2, 3]
+
+
+def test_the_median_of_depths_near_the_end_of_float32() -> None:
+    scene = Scene.from_rgbd(np.zeros((1, 2, 3), np.uint8), np.full((1, 2), 3.4e38))
+    assert any("3.4e+38 m" in note for note in scene.warnings)
+
 
 class TestNormals:
     @given(seed=st.integers(0, 999), grid=st.booleans(), scale=st.sampled_from([1e-3, 1.0, 500.0]))

@@ -329,3 +329,16 @@ def test_command_takes_a_folder_of_clouds(cloud: tuple[Scene, Labels], tmp_path:
     assert "a: 100 superpoints" in done.output
     first = np.load(out / "a" / "superpoints.npy")
     assert (first == np.load(out / "b" / "superpoints.npy")).all()
+
+
+@pytest.mark.parametrize(("width", "k"), [(1e-300, 60), (1e300, 1)])
+def test_a_width_whose_square_is_no_number(width: float, k: int) -> None:
+    scene = Scene.from_rgbd(np.zeros((6, 10, 3), np.uint8), np.ones((6, 10)))
+    assert superpoints(scene, width=width).k == k
+
+
+def test_points_too_far_apart_for_squares_in_float32_have_neighbours() -> None:
+    points = np.random.default_rng(0).normal(0, 1e25, (60, 3))
+    seg = superpoints(Scene.from_cloud(points, np.zeros((60, 3), np.uint8)), count=5)
+    assert seg.neighbours.n_segments == 5
+    assert seg.neighbours.contact.sum() > 0

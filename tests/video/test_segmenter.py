@@ -195,3 +195,20 @@ def test_contingency_leaves_out_tracks_without_a_column() -> None:
     parts, tracks = np.array([[0, 0, 1]], np.int32), np.array([[5, 9, 5]], np.int32)
     assert contingency(parts, tracks, 2, {5: 0}).tolist() == [[1.0], [1.0]]
     assert contingency(parts, tracks, 2, {}).shape == (2, 0)
+
+
+def test_a_later_frame_may_be_far_beyond_the_first() -> None:
+    rng = np.random.default_rng(0)
+    rgb = rng.integers(0, 255, (12, 16, 3)).astype(np.uint8)
+    with VideoSegmenter("fast", threads=1) as video:
+        for scale in (1e-30, 1e30, 1.0):
+            depth = rng.normal(1, 0.1, (12, 16)) * scale
+            seg = video.update(Scene.from_rgbd(rgb, depth))
+            assert (seg.labels >= 0).all()
+
+
+def test_a_pose_that_blows_space_up_is_refused() -> None:
+    pose = np.diag([1e150, 1e150, 1e150, 1])
+    scene = Scene.from_rgbd(np.zeros((4, 4, 3), np.uint8), np.ones((4, 4)))
+    with VideoSegmenter("fast") as video, pytest.raises(GeohueError, match="size of things"):
+        video.update(scene, pose)

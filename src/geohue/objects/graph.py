@@ -161,10 +161,15 @@ def _border_pairs(
             return first, second, np.abs(near - far) < JUMP * np.minimum(near, far)
     some = slice(None, None, max(1, len(one) // 10_000))
     with np.errstate(invalid="ignore"):
-        usual = np.linalg.norm(points[one[some]] - points[other[some]], axis=1)
+        usual = _distance(points, one[some], other[some])
         usual = usual[usual > 0]
         limit = FAR * float(np.median(usual)) if len(usual) else np.inf
-        return first, second, np.linalg.norm(points[first] - points[second], axis=1) <= limit
+        return first, second, _distance(points, first, second) <= limit
+
+
+def _distance(points: NDArray[np.float32], one: Positions, other: Positions) -> Floats:
+    """Distances between pairs of points; their squares may be more than float32 holds."""
+    return np.linalg.norm(points[one].astype(np.float64) - points[other], axis=1)
 
 
 def _differences(

@@ -135,7 +135,7 @@ def _depth_given(given: Picture, scale: float | str | None) -> tuple[NDArray[np.
         return check_depth(values, unit.scale), ()
     metres = check_depth(values, scale)
     known = metres[np.isfinite(metres)]
-    median = float(np.median(known)) if known.size else 0.0
+    median = float(np.median(known.astype(np.float64))) if known.size else 0.0
     if median <= _FARTHEST or scale is not None:
         return metres, ()
     return metres, (

@@ -57,7 +57,8 @@ def _canonical_order(colors: NDArray[np.uint8], points: NDArray[np.float32]) -> 
     red, green, blue = (colors[:, c].astype(np.uint64) for c in range(3))
     finite = np.isfinite(points[:, 2])
     center = points[finite].mean(axis=0, dtype=np.float64) if finite.any() else np.zeros(3)
-    distance = np.linalg.norm(points - center, axis=1).astype(np.float32)
+    with np.errstate(over="ignore"):  # what float32 cannot hold comes last, as inf
+        distance = np.linalg.norm(points - center, axis=1).astype(np.float32)
     # The bits of a positive float sort like its value.
     bits = np.where(finite, distance, np.float32(np.inf)).view(np.uint32).astype(np.uint64)
     key = (red << np.uint64(48)) | (green << np.uint64(40)) | (blue << np.uint64(32)) | bits

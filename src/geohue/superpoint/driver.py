@@ -242,7 +242,9 @@ def _count(nodes: Nodes, count: int | None, size: float | None, width: float | N
         count = max(1, round(points / size))
     elif width is not None:
         area = loops.mean_area(nodes.points, nodes.normals, nodes.one, nodes.other)
-        count = max(1, round(area * nodes.size / width**2))
+        with np.errstate(all="ignore"):  # a width whose square is no number: one, or all
+            found = area * nodes.size / np.float64(width) ** 2
+        count = max(1, round(np.fmin(found, nodes.size)))
     assert count is not None
     return min(count, nodes.size)
 

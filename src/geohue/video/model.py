@@ -30,6 +30,10 @@ FAR = 2.0
 """A point farther than so many widths of the affinity from all landmarks is new to a model."""
 
 
+MOST = 1e15
+"""Normalised values of a later frame are cut off here, so that float32 holds their squares."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Scaling:
     """The centre and the mean deviation by which values are normalised (eq. 3, 4).
@@ -55,7 +59,8 @@ class Scaling:
 
     def __call__(self, values: Floats) -> NDArray[np.float32]:
         """Normalise values, (M, 3)."""
-        return np.asarray((values - self.center) / self.size, np.float32)
+        scaled = (values - self.center) / self.size
+        return np.clip(scaled, -MOST, MOST).astype(np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -204,7 +209,8 @@ class CarriedModel:
 
         Every third point is looked at.
         """
-        x = features.mixed(1.0)[::3]
+        # The spread is that of an older frame: squares of what it makes huge need float64.
+        x = features.mixed(1.0)[::3].astype(np.float64)
         if len(x) == 0 or len(self.landmarks) == 0:
             return 0.0
         squared = (x**2).sum(axis=1)[:, None] + (self.landmarks**2).sum(axis=1)

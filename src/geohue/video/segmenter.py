@@ -357,6 +357,8 @@ def _checked(pose: ArrayLike | None) -> Pose | None:
     matrix = np.asarray(pose)
     if matrix.shape != (4, 4) or not np.issubdtype(matrix.dtype, np.number):
         raise GeohueError(f"pose has shape {matrix.shape}: expected (4, 4) numbers")
-    if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:3, :3])) < 1e-6:
-        raise GeohueError("pose is not finite or turns space into a plane: leave it out")
+    with np.errstate(all="ignore"):
+        volume = abs(np.linalg.det(matrix[:3, :3].astype(np.float64)))
+    if not (np.isfinite(matrix).all() and 1e-6 <= volume <= 1e6):
+        raise GeohueError("pose is not finite or does not keep the size of things: leave it out")
     return matrix.astype(np.float64)
