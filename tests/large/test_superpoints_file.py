@@ -21,7 +21,7 @@ from geohue.large import superpoints as runs
 from geohue.large import tile_regions
 from geohue.large.tile_graph import with_crumbs
 from geohue.large.tile_regions import split_tile
-from geohue.large.tiles import Tiles
+from geohue.large.tiles import Buckets, Tiles
 from geohue.measures import adjusted_rand_index, superpoint_scores
 from geohue.regions.groups import connected_groups
 from geohue.simulate import scene as simulated
@@ -258,6 +258,11 @@ def test_a_graph_beyond_the_memory(
     monkeypatch.setattr(runs, "LEAST", 10**6)
     with pytest.raises(GeohueError, match="too little for so many superpoints: at least"):
         superpoints_file(plane, tmp_path / "out", count=2000, memory="2MB")
+
+
+def test_a_tile_that_is_gone(tmp_path: Path) -> None:
+    with pytest.raises(GeohueError, match=r"points-3.bin: cannot be read .* to begin again"):
+        Buckets(tmp_path).rows(3)
 
 
 def test_no_point_has_a_place(tmp_path: Path) -> None:
