@@ -18,13 +18,14 @@ import geohue
 from geohue import GeohueError, Scene, superpoints_file
 from geohue.cli.app import app
 from geohue.large import superpoints as runs
+from geohue.large import tile_regions
 from geohue.large.tile_graph import with_crumbs
 from geohue.large.tile_regions import split_tile
-from geohue.large.tiles import Tiles
+from geohue.large.tiles import Buckets, Tiles
 from geohue.measures import adjusted_rand_index, superpoint_scores
 from geohue.regions.groups import connected_groups
 from geohue.simulate import scene as simulated
-from geohue.superpoint.nodes import near_pairs
+from geohue.superpoint.nodes import Nodes, near_pairs, nodes_of_places
 from geohue.superpoint.opened import merge_inside
 from geohue.superpoint.ward import COLUMNS, SIZE, Regions, merge_regions
 from geohue.superpoint.weights import merging_weights
@@ -196,10 +197,29 @@ def test_resume_goes_on_and_ends_alike(
         GeohueError, match=r"has count = \[500, 60\], this one \[30\]; give another"
     ):
         superpoints_file(plane, tmp_path / "out", count=30, resume=True)
+    (tmp_path / "out" / "tiles" / "graph-1.npz").unlink()  # now it comes after the third
     monkeypatch.setattr(runs, "split_tile", _stopping(-1, seen, real))
     found = superpoints_file(plane, tmp_path / "out", count=[500, 60], resume=True, threads=1)
-    assert seen == list(range(found.n_tiles))  # none twice
+    assert seen == [0, 1, 2, 1, *range(3, found.n_tiles)]  # none that was kept
     np.testing.assert_array_equal(np.load(found.labels_file), split[1])
+
+
+@pytest.mark.usefixtures("small_tiles")
+def test_no_more_than_a_tile_and_its_surroundings_at_a_time(
+    plane: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[int] = []
+
+    def counted(points: NDArray[np.float64], *given: Any) -> Nodes:
+        seen.append(len(points))
+        return nodes_of_places(points, *given)
+
+    monkeypatch.setattr(tile_regions, "nodes_of_places", counted)
+    found = superpoints_file(plane, tmp_path / "out", count=100)
+    # A tile of 61 x 61 points sees 24 more on each side.
+    assert len(seen) == found.n_tiles
+    assert max(seen) < 4 * TILE < sum(seen)
+    assert max(seen) < 0.6 * N
 
 
 def test_a_width_in_metres(plane: Path, tmp_path: Path) -> None:
@@ -238,6 +258,11 @@ def test_a_graph_beyond_the_memory(
     monkeypatch.setattr(runs, "LEAST", 10**6)
     with pytest.raises(GeohueError, match="too little for so many superpoints: at least"):
         superpoints_file(plane, tmp_path / "out", count=2000, memory="2MB")
+
+
+def test_a_tile_that_is_gone(tmp_path: Path) -> None:
+    with pytest.raises(GeohueError, match=r"points-3.bin: cannot be read .* to begin again"):
+        Buckets(tmp_path).rows(3)
 
 
 def test_no_point_has_a_place(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from geohue.large.passes import BLOCK
 from geohue.large.sample import SAMPLE_ROW
 from geohue.read.clouds.chunk import Chunks
-from geohue.read.files import broken
+from geohue.read.files import broken, reason
 
 Floats = NDArray[np.float64]
 Positions = NDArray[np.int64]
@@ -124,8 +124,12 @@ class Buckets:
         return self.folder / f"regions-{tile}.bin"
 
     def rows(self, tile: int) -> NDArray[np.void]:
-        """Return the points of a tile."""
-        return np.fromfile(self.points(tile), SAMPLE_ROW)
+        """Return the points of a tile; raises `GeohueError` if they are gone."""
+        try:
+            return np.fromfile(self.points(tile), SAMPLE_ROW)
+        except OSError as error:
+            cause = f"cannot be read ({reason(error)}); remove {self.folder} to begin again"
+            raise broken(self.points(tile), cause) from error
 
     def fill(self, source: Chunks, tiles: Tiles) -> Iterator[int]:
         """Sort a cloud into the tiles; yields how many of its points are done.
