@@ -23,6 +23,9 @@ FEATURES = {
     "ros": ["tests/datasets"],
     "sklearn": ["tests/spectral", "docs/estimator.md"],
     "distributed": ["tests/jobs"],
+    "meshes": ["tests/read/clouds/test_mesh.py"],
+    "phones": ["tests/datasets/test_phones.py"],
+    "web": ["tests/web/test_guard.py", "tests/web/test_views.py"],
     "video": ["tests/video", "tests/cli/test_video.py"],
     "realsense": ["tests/video"],
 }

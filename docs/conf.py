@@ -60,7 +60,8 @@ def _measured(_app: Sphinx, docname: str, source: list[str]) -> None:
     """Show BENCHMARKS.md, which stands beside the README, among the pages."""
     if docname == "benchmarks":
         source[0] = (HERE.parent / "BENCHMARKS.md").read_text("utf-8").replace("](docs/", "](")
-    source[0] = source[0].replace("](../BENCHMARKS.md", "](benchmarks.md")
+    up = "../" * docname.count("/")  # the studies are a folder further down
+    source[0] = source[0].replace(f"]({up}../BENCHMARKS.md", f"]({up}benchmarks.md")
 
 
 def setup(app: Sphinx) -> None:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from geohue.estimator import NystromNormalizedCut as NystromNormalizedCut
     from geohue.features import register_cue
     from geohue.interop import as_scene, labelled
-    from geohue.large import segment_file
+    from geohue.large import segment_file, superpoints_file
     from geohue.measures import evaluate
     from geohue.read.clouds.cloud import register_cloud_format
     from geohue.read.images.depth_units import register_sensor
@@ -73,6 +73,7 @@ _HOMES = {
     "load_sample": "geohue.datasets",
     "open_dataset": "geohue.datasets",
     "superpoints": "geohue.superpoint",
+    "superpoints_file": "geohue.large",
 }
 _ROOMS = (
     *("baselines", "camera", "datasets", "errors", "features", "large", "measures", "merge"),
@@ -117,6 +118,7 @@ __all__ = [
     "spectral",
     "stereo",
     "superpoints",
+    "superpoints_file",
 ]
 
 

@@ -84,9 +84,9 @@ def test_cloud_without_extension_is_known_by_its_start(tmp_path: Path) -> None:
         cloud = read_cloud(tmp_path / name)
         assert cloud.points.tolist() == [[1, 2, 3]]
         assert cloud.source == tmp_path / name
-    (tmp_path / "e.obj").write_text("v 1 2 3")
-    with pytest.raises(GeohueError, match=r"e\.obj: .*convert it to \.ply"):
-        read_cloud(tmp_path / "e.obj")
+    (tmp_path / "e.stl").write_text("v 1 2 3")
+    with pytest.raises(GeohueError, match=r"e\.stl: .*convert it to \.ply"):
+        read_cloud(tmp_path / "e.stl")
     with pytest.raises(GeohueError, match="no such file"):
         read_cloud(tmp_path / "none.ply")
 

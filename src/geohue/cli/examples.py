@@ -25,7 +25,7 @@ EXAMPLES = {
     ),
     "serve": (
         "geohue serve",
-        "geohue serve --port 8080 --no-open",
+        "geohue serve --port 8080 --workers 2",
     ),
     "compare": (
         "geohue compare rgb.png depth.png -k 5 -o plates",

@@ -20,7 +20,13 @@ from geohue.settings import PAPER_METHOD
 if TYPE_CHECKING:
     from geohue.large.stages import Progress
 
-_STAGES = {"measure": "measuring", "fit": "splitting a sample", "label": "labelling"}
+_STAGES = {
+    "measure": "measuring",
+    "fit": "splitting a sample",
+    "label": "labelling",
+    "sort": "sorting into tiles",
+    "split": "splitting tiles",
+}
 
 
 def too_large(source: Path | None) -> str | None:
@@ -72,7 +78,7 @@ def segment_pieces(
         raise GeohueError("--json with --memory: give the folder of the labels with -o")
     folder = out or Path("geohue-out")
     kept = f"what is done is kept in {folder}; the same command with --resume goes on"
-    with when_stopped(kept), _bar() as progress:
+    with when_stopped(kept), pass_bar() as progress:
         from geohue.large import segment_file
 
         found = segment_file(
@@ -100,7 +106,7 @@ def segment_pieces(
 
 
 @contextmanager
-def _bar() -> Iterator[Progress]:
+def pass_bar() -> Iterator[Progress]:
     """Show a progress bar for each pass on standard error."""
     from rich.console import Console
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn

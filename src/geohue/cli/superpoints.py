@@ -12,6 +12,7 @@ import typer
 from geohue.cli import options
 from geohue.cli.console import print_json, stage_bar, warn
 from geohue.cli.groups import with_groups
+from geohue.cli.superpoints_pieces import superpoints_pieces
 from geohue.errors import GeohueError
 
 if TYPE_CHECKING:
@@ -51,16 +52,27 @@ def superpoints(
     ] = Path("geohue-out"),
     overwrite: options.Overwrite = False,
     as_json: options.AsJson = False,
+    memory: options.Memory = None,
+    resume: options.Resume = False,
 ) -> None:
     """Split a scene into superpoints: small parts that follow colour and geometry.
 
     Give an image and its depth map, a cloud, or a folder: each of its frames or clouds gets a
     folder in that of -o. Writes the ids of all points (superpoints.npy, .pth), nested levels and
-    the graph of neighbours with its features.
+    the graph of neighbours with its features. A cloud with --memory is read in pieces.
     """
     wish = Wish(
         _counts(count), size, width, cues, compactness, threads, tuple(formats or ()), overwrite
     )
+    if memory is not None or resume:
+        superpoints_pieces(
+            given,
+            out,
+            wish.counts,
+            *(size, width, cues, compactness, threads, wish.formats),
+            *(memory, resume, overwrite, as_json),
+        )
+        return
     folder = given.source is not None and given.source.is_dir() and not given.beside_source()
     if not folder:
         from geohue.results.folder import SUPERPOINTS, check_result_folder

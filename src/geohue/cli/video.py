@@ -24,8 +24,8 @@ _DEVICE = "realsense"
 
 
 def video(
-    sequence: Annotated[
-        str,
+    source: Annotated[
+        Path,
         typer.Argument(
             metavar="SEQUENCE",
             help="A data set, recording or folder of frames, a colour video, or 'realsense' for "
@@ -121,6 +121,7 @@ def video(
         raise GeohueError(f"--video {kind}: expected webm, mp4 or none")
     if not rate > 0:
         raise GeohueError(f"--rate {rate:g}: expected frames a second above 0")
+    sequence = str(source)
     device = sequence.split(":")[0] == _DEVICE and not Path(sequence).exists()
     if resume and (out is None or device or live):
         raise GeohueError("--resume goes on with a recording in -o DIR: not live, no camera")

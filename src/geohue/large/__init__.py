@@ -7,5 +7,6 @@ point by the Nystrom extension. See docs/large.md.
 
 from geohue.large.result import FileSegmentation
 from geohue.large.run import segment_file
+from geohue.large.superpoints import FileSuperpoints, superpoints_file
 
-__all__ = ["FileSegmentation", "segment_file"]
+__all__ = ["FileSegmentation", "FileSuperpoints", "segment_file", "superpoints_file"]

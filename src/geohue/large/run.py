@@ -34,6 +34,7 @@ from geohue.read.clouds.chunks import open_chunks
 from geohue.read.files import broken, read_bytes
 from geohue.results.folder import IN_PIECES, check_result_folder
 from geohue.results.numbering import numbering
+from geohue.scene.cloud import without_place
 from geohue.segmentation.arguments import Weight
 from geohue.segmentation.choice import shortfalls
 from geohue.segmentation.result import StageClock
@@ -206,6 +207,7 @@ def _result(
     points = np.bincount(fitted.order, weights=counts[:-1])
     sizes = tuple(int(size) for size in points)
     found = sum(size > 0 for size in sizes)
+    notes = without_place(source.n_points - sum(sizes), source.n_points)
     return FileSegmentation(
         folder / "labels.npy",
         found,
@@ -219,7 +221,7 @@ def _result(
         source.n_points,
         min(SAMPLE, source.n_points),
         clock.timings(),
-        (*decision.notes, *shortfalls(found, decision.k, False)),
+        (*notes, *decision.notes, *shortfalls(found, decision.k, False)),
         question.detail if tree is not None and question.k == "auto" else None,
         None if tree is None else counted(tree),
     )

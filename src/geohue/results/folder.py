@@ -80,6 +80,9 @@ SUPERPOINTS = Kind(
 )
 """What ``geohue superpoints`` writes for a scene."""
 
+TILED_SUPERPOINTS = Kind(SUPERPOINTS.mark, SUPERPOINTS.names, frozenset(["running.lock", "tiles"]))
+"""The same of a cloud in tiles, in whose folder a killed run leaves them."""
+
 
 def check_result_folder(
     folder: str | Path, kind: Kind = SEGMENTATION, *, overwrite: bool = False

@@ -14,7 +14,6 @@ from geohue.scene.given import Notes, Picture, is_path, read
 
 _FAR = 1e4  # times the median distance from the middle: no part of what was scanned
 _GREY = 128
-_HAVE = "have no finite coordinates and are"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +66,20 @@ def _place_note(source: object, offset: NDArray[np.float64]) -> list[str]:
     return [f"{source}: coordinates are relative to ({place})"]
 
 
+def without_place(missing: int, n_points: int) -> list[str]:
+    """Say how many points of a cloud have no place; nothing if all have one.
+
+    Examples
+    --------
+    >>> without_place(2, 9)
+    ['2 of 9 points have no finite coordinates and are left out']
+    """
+    verb = (
+        "has no finite coordinates and is" if missing == 1 else "have no finite coordinates and are"
+    )
+    return [f"{missing} of {n_points} points {verb} left out"] if missing else []
+
+
 def oddities(points: NDArray[np.float32]) -> list[str]:
     """Count the points without a place, and those absurdly far from all others.
 
@@ -87,10 +100,8 @@ def oddities(points: NDArray[np.float32]) -> list[str]:
     flat = points.reshape(-1, 3)
     known = np.isfinite(flat).all(axis=1)
     notes = []
-    missing = len(flat) - int(known.sum())
-    if missing and points.ndim == 2:
-        verb = "has no finite coordinates and is" if missing == 1 else _HAVE
-        notes.append(f"{missing} of {len(flat)} points {verb} left out")
+    if points.ndim == 2:
+        notes += without_place(len(flat) - int(known.sum()), len(flat))
     away = flat[known].astype(np.float64)
     if not len(away):
         return notes

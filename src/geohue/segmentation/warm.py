@@ -16,7 +16,7 @@ from geohue.settings import PRESETS, Preset
 
 PARTS = {
     "merging": ("geohue.merge.greedy.run",),
-    "borders": ("geohue.merge.borders.label_rows",),
+    "borders": ("geohue.merge.borders.draw_cells",),
     "quality": tuple(
         f"geohue.weight.passes.{name}"
         for name in (

@@ -93,9 +93,8 @@ def superpoints(
     """
     clock = StageClock(progress)
     taken = _cues(scene, cues)
-    if not (math.isfinite(compactness) and compactness >= 0):
-        raise GeohueError(f"compactness is {compactness}: expected a number of at least 0")
-    _check(count, size, width)
+    check_compactness(compactness)
+    check_size(count, size, width)
     with clock.stage("points"):
         nodes = nodes_of(scene, taken, threads)
         wanted = _count(nodes, count, size, width)
@@ -107,12 +106,12 @@ def superpoints(
         shape = nodes.points, nodes.lab, nodes.normals, nodes.weight, nodes.one, nodes.other
         table = tabulate(fine, n, *shape, step)
         merges, costs = merge_regions(table, nodes.spacing, merging_weights(compactness))
-        tree, region = _from_level(MergeTree(n, merges, costs), wanted)
+        tree, region = from_level(MergeTree(n, merges, costs), wanted)
     with clock.stage("labels"):
         names, old = relabel(region[fine][nodes.node])
         names[nodes.node < 0] = -1
         labels = label_unseen(names.reshape(scene.shape), scene)
-        levels = Levels(labels, _renamed(tree, old))
+        levels = Levels(labels, renamed(tree, old))
     k = len(old)
     seg = Segmentation(
         labels,
@@ -163,8 +162,20 @@ def nested(seg: Segmentation, counts: Sequence[int]) -> NDArray[np.int64]:
     return np.stack([seg.levels.with_segments(int(c)) for c in counts]).astype(np.int64)
 
 
-def fine_regions(nodes: Nodes, wanted: int) -> tuple[Labels, int, NDArray[np.float64]]:
+def fine_regions(
+    nodes: Nodes, wanted: int, *, exact: bool = False
+) -> tuple[Labels, int, NDArray[np.float64]]:
     """Join neighbours into sets of a few points, those with the least step first.
+
+    Parameters
+    ----------
+    nodes : Nodes
+        The points.
+    wanted : int
+        How many superpoints they are to become.
+    exact : bool
+        Whether the order of the pairs goes by their steps alone, and not by that of the nodes where
+        two steps are nearly the same.
 
     Returns
     -------
@@ -179,7 +190,8 @@ def fine_regions(nodes: Nodes, wanted: int) -> tuple[Labels, int, NDArray[np.flo
     here = nodes.points, nodes.lab, nodes.normals, nodes.one, nodes.other
     loops.pair_steps(*here, nodes.spacing, step_weights(), step)
     # Sixteen bits sort many times faster than the numbers themselves.
-    order = np.argsort(np.minimum(step * 2000, 65535).astype(np.uint16), kind="stable")
+    keys = step if exact else np.minimum(step * 2000, 65535).astype(np.uint16)
+    order = np.argsort(keys, kind="stable")
     parent, size = np.arange(nodes.size, dtype=np.int32), nodes.weight.copy()
     cap = min(MOST, float(nodes.weight.sum()) / wanted / FINE)
     loops.join_capped(nodes.one, nodes.other, order, parent, size, cap)
@@ -187,9 +199,20 @@ def fine_regions(nodes: Nodes, wanted: int) -> tuple[Labels, int, NDArray[np.flo
     return fine, loops.number_sets(parent, fine), step
 
 
-def _cues(scene: Scene, cues: str) -> str:
+def check_compactness(compactness: float) -> None:
+    """Raise an error unless it is a number of at least 0."""
+    if not (math.isfinite(compactness) and compactness >= 0):
+        raise GeohueError(f"compactness is {compactness}: expected a number of at least 0")
+
+
+def check_cues(cues: str) -> None:
+    """Raise an error for a word that names no cues."""
     if cues not in ("auto", "fusion", "color", "geometry"):
         raise GeohueError(f"cues is {cues!r}: choose auto, fusion, color or geometry")
+
+
+def _cues(scene: Scene, cues: str) -> str:
+    check_cues(cues)
     if cues != "auto":
         return cues
     if scene.is_grid and not scene.valid.any():
@@ -198,7 +221,8 @@ def _cues(scene: Scene, cues: str) -> str:
     return "geometry" if len(colors) and (colors == colors[0]).all() else "fusion"
 
 
-def _check(count: int | None, size: float | None, width: float | None) -> None:
+def check_size(count: int | None, size: float | None, width: float | None) -> None:
+    """Raise an error unless one of the three is given, and positive."""
     given = {"count": count, "size": size, "width": width}
     there = {name: value for name, value in given.items() if value is not None}
     if len(there) != 1:
@@ -225,23 +249,23 @@ def _count(nodes: Nodes, count: int | None, size: float | None, width: float | N
     return min(count, nodes.size)
 
 
-def _from_level(tree: MergeTree, count: int) -> tuple[MergeTree, Labels]:
+def from_level(tree: MergeTree, count: int) -> tuple[MergeTree, Labels]:
     """Cut off what is finer than a level; return the rest, and the regions that it begins with."""
     n = min(max(tree.n_regions - count, 0), len(tree.merges))
     region = tree.after(n)
     names = np.full(tree.n_regions, -1, np.int64)
-    names[_roots(tree, n)] = region[_roots(tree, n)]
+    names[roots(tree, n)] = region[roots(tree, n)]
     return MergeTree(int(region.max()) + 1, names[tree.merges[n:]], tree.scores[n:]), region
 
 
-def _roots(tree: MergeTree, n: int) -> NDArray[np.int64]:
+def roots(tree: MergeTree, n: int) -> NDArray[np.int64]:
     """Return the regions whose names stand for a segment after n merges."""
     there = np.ones(tree.n_regions, bool)
     there[tree.merges[:n, 1]] = False
     return np.flatnonzero(there)
 
 
-def _renamed(tree: MergeTree, old: NDArray[np.int32]) -> MergeTree:
+def renamed(tree: MergeTree, old: NDArray[np.int32]) -> MergeTree:
     """Return a tree whose region i was the region old[i]."""
     new = np.empty(len(old), np.int64)
     new[old] = np.arange(len(old))

@@ -119,24 +119,55 @@ def _grid(scene: Scene, cues: str, team: Workers) -> Nodes:
 
 
 def _cloud(scene: Scene, cues: str, team: Workers, threads: int) -> Nodes:
-    """Places in the order of a space-filling curve: near ones lie near in memory."""
     index = np.flatnonzero(scene.valid)
     if len(index) == 0:
         raise GeohueError("no point has a position: check the cloud")
     points = scene.points[index].astype(np.float64)
     points -= points.mean(axis=0)
-    order = np.argsort(loops.curve(points), kind="stable")
-    index, points = index[order], points[order]
-    new = np.append(True, (points[1:] != points[:-1]).any(axis=1))
-    place = np.cumsum(new) - 1
+    found = nodes_of_places(points, scene.colors[index], cues, team, threads)
     node = np.full(scene.size, -1, np.int64)
+    node[index] = found.node
+    return replace(found, node=node, first=index[found.first])
+
+
+def nodes_of_places(
+    points: Floats,
+    colors: NDArray[np.uint8],
+    cues: str,
+    team: Workers,
+    threads: int,
+    spacing: float | None = None,
+) -> Nodes:
+    """Make the graph of points that all have a position, near the origin.
+
+    The nodes are in the order of a space-filling curve: near ones lie near in memory.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Positions.
+    colors : (n, 3) uint8
+        sRGB.
+    cues : {"fusion", "color", "geometry"}
+        What takes part.
+    team : Workers
+        For the normals.
+    threads : int
+        For the search of neighbours.
+    spacing : float, optional
+        Typical distance of neighbours; that of these points by default.
+    """
+    index, new = in_order(points)
+    points = points[index]
+    place = np.cumsum(new) - 1
+    node = np.empty(len(index), np.int64)
     node[index] = place
     count = np.bincount(place).astype(np.float64)
-    lab = _lab(scene.colors[index], cues)
+    lab = _lab(colors[index], cues)
     if len(count) < len(index):
         lab = np.stack([np.bincount(place, lab[:, c]) for c in range(3)], axis=1) / count[:, None]
     points = np.ascontiguousarray(points[new])
-    one, other, spacing = near_pairs(points, threads)
+    one, other, spacing = near_pairs(points, threads, spacing)
     if cues == "color":
         normals = np.zeros_like(points)
     else:
@@ -144,7 +175,16 @@ def _cloud(scene: Scene, cues: str, team: Workers, threads: int) -> Nodes:
     return Nodes(node, points, lab, normals, one, other, spacing, count, index[new])
 
 
-def near_pairs(points: Floats, threads: int = 1) -> tuple[Positions, Positions, float]:
+def in_order(points: Floats) -> tuple[Positions, NDArray[np.bool_]]:
+    """Return points in the order of a curve, and at which of them a new place begins."""
+    order = np.argsort(loops.curve(points), kind="stable")
+    ordered = points[order]
+    return order, np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))
+
+
+def near_pairs(
+    points: Floats, threads: int = 1, spacing: float | None = None
+) -> tuple[Positions, Positions, float]:
     """Pair each of some different places with its nearest, and tell their typical distance.
 
     Returns
@@ -152,7 +192,7 @@ def near_pairs(points: Floats, threads: int = 1) -> tuple[Positions, Positions, 
     one, other : (E,) int64
         Each pair once.
     spacing : float
-        Median distance to the third nearest.
+        As given, or the median distance to the third nearest.
     """
     from scipy.spatial import cKDTree
 
@@ -161,7 +201,8 @@ def near_pairs(points: Floats, threads: int = 1) -> tuple[Positions, Positions, 
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
     found = tree.query(points, [*range(1, k + 1)], workers=threads)
     distance, near = np.asarray(found[0]), np.asarray(found[1], np.int64)
-    spacing = float(np.median(distance[:, min(3, k - 1)])) or 1.0
+    if spacing is None:
+        spacing = float(np.median(distance[:, min(3, k - 1)])) or 1.0
     room = np.empty((n * k, 2), np.int64)
     count = loops.pair_up(near, distance, FAR * spacing, room)
     one, other = np.ascontiguousarray(room[:count].T)

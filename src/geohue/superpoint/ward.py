@@ -53,7 +53,7 @@ def merge_regions(regions: Regions, spacing: float, weights: Floats) -> tuple[Po
         The cost of each.
     """
     n_regions, n_borders = len(regions.region), len(regions.ends)
-    links = _linked(regions.ends, n_regions)
+    links = linked(regions.ends, n_regions)
     queue = Queue(
         np.empty(n_borders, np.int64),
         np.full(n_borders, -1, np.int64),
@@ -65,7 +65,8 @@ def merge_regions(regions: Regions, spacing: float, weights: Floats) -> tuple[Po
     return merges[:n], costs[:n]
 
 
-def _linked(ends: Positions, n_regions: int) -> Links:
+def linked(ends: Positions, n_regions: int) -> Links:
+    """List the borders of each region."""
     n = 2 * len(ends)
     links = Links(
         np.full(n_regions, -1, np.int64),

@@ -125,7 +125,7 @@ def draw_cells(
     for i in range(start, stop):
         for j in range(labels.shape[1]):
             top, end, left, right = edges_y[i], edges_y[i + 1], edges_x[j], edges_x[j + 1]
-            count = within_reach(labels, labels, -1, i, j, names)
+            count = within_reach(labels, i, j, names)
             if count == 1:
                 for y in range(top, end):
                     for x in range(left, right):

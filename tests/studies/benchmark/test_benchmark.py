@@ -281,11 +281,11 @@ def test_more_labels_than_16_bits_tell_apart(
         (["--protocol", "nyu", "--crop", "0,1,0,1"], "both name a part"),
         (["--protocol", "sun"], "--protocol sun: choose one of nyu"),
         (["--crop", "1,2"], "expected four whole numbers"),
-        (["--cues", "smell"], "cues 'smell'"),
+        (["--cues", "smell"], "--cues smell"),
         (["--processes", "0"], "expected at least 1"),
-        (["-k", "2", "--presets", "slow"], "preset 'slow'"),
-        (["-k", "0"], "k is 0"),
-        (["--seed", "-1"], "seed is -1"),
+        (["-k", "2", "--presets", "slow"], "--preset slow"),
+        (["-k", "0"], "-k 0"),
+        (["--seed", "-1"], "--seed -1"),
     ],
 )
 def test_command_names_what_is_wrong(

@@ -63,5 +63,5 @@ def test_command(folders: tuple[Path, Path], capsys: pytest.CaptureFixture[str])
     shown = capsys.readouterr().out
     assert "mean of 2 frame(s)" in shown
     assert command(["evaluate", str(pred), str(gt / "a" / "labels.png")]) == 2
-    assert "give two label images or two folders" in capsys.readouterr().err
+    assert "give a folder of results" in capsys.readouterr().err
     assert command(["evaluate", str(pred / "a.png"), str(gt / "a" / "labels.png")]) == 0

@@ -104,5 +104,5 @@ def test_a_folder_that_cannot_be_made(
     faulty: Comparison, three_boxes: Boxes, tmp_path: Path
 ) -> None:
     (tmp_path / "file").write_text("here")
-    with pytest.raises(GeohueError, match="cannot be written"):
+    with pytest.raises(GeohueError, match="cannot be made"):
         write_comparison(tmp_path / "file" / "out", three_boxes[0], faulty)

@@ -30,7 +30,8 @@ class Settings(SegmentArguments):
     --------
     >>> Settings(formats=("docx",))
     Traceback (most recent call last):
-    geohue.errors.GeohueError: format 'docx': choose one of ply, pcd, las, laz, coco, segments
+    geohue.errors.GeohueError: format 'docx': choose one of ply, pcd, las, laz, coco, segments,
+    objects
     """
 
     formats: tuple[str, ...] = ()
