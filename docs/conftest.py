@@ -115,9 +115,10 @@ def _clouds(folder: Path) -> None:
 
     view, _, camera = _views()
     points = camera.unproject(view.depth.astype(np.float32)).reshape(-1, 3)
-    for name, step in (("scan.ply", 8), ("BIG.ply", 2)):
-        part, labels = slice(None, None, step), np.zeros(len(points), np.int32)
-        write_ply(folder / name, points[part], view.colors.reshape(-1, 3)[part], labels[part])
+    order = np.random.default_rng(0).permutation(len(points))
+    for name, count in (("scan.ply", 6000), ("BIG.ply", 38400)):
+        part, none = order[:count], np.zeros(count, np.int32)
+        write_ply(folder / name, points[part], view.colors.reshape(-1, 3)[part], none)
 
 
 def _tum(folder: Path) -> None:

@@ -1,8 +1,8 @@
 """Clouds larger than memory: two passes over the file, one to measure it, one to label it.
 
-The first pass gathers the moments of colour and geometry (eq. 3, 4) and a random sample; the
-weight, the number of segments and the cut are found on the sample; the second pass labels every
-point by the Nystrom extension. See docs/large.md.
+The first pass gathers the moments of colour and geometry (eq. 3, 4) and a random sample. What is
+decided in memory on a draft is decided on the sample: regions and the tree of their merges, or the
+paper's cut. The second pass labels every point. See docs/large.md.
 """
 
 from geohue.large.result import FileSegmentation
