@@ -50,7 +50,7 @@ ROOMS = {
     "regions": ["regions", "merge"],
     "fill": ["fill"],
     "merge": ["merge"],
-    "segmentation": ["segmentation", "merge/test_segment.py"],
+    "segmentation": ["segmentation", "merge/test_segment.py", "sensors/test_trinocular.py"],
 }
 
 HOMES = {"settings": "consensus"}

@@ -28,6 +28,18 @@ Case = tuple[Scene, Labels]
 LIGHT = Preset().changed(draft_points=2000, landmarks=60, weight_rule="consensus")
 
 
+class Nothing:
+    """Sees one thing, several times."""
+
+    weight = math.nan
+
+    def __init__(self, votes: int) -> None:
+        self.votes = votes
+
+    def maps(self, prepared: PreparedScene) -> Sequence[Labels]:
+        return [np.zeros(prepared.draft.shape, np.int32)] * self.votes
+
+
 class Stripes:
     """Sees stripes, whatever is there."""
 
@@ -70,20 +82,23 @@ def test_a_voter_alone_is_followed_where_something_is_to_be_seen() -> None:
 def test_votes_are_counted_with_those_of_the_cuts() -> None:
     """A border of 3 maps in 3 + 9 has a quarter of the votes: it stays at 20 %, not at 30 %."""
     prepared = prepare_scene(colors_of_stripes(), LIGHT.changed(clear=0.0))
-    flat = np.zeros(prepared.draft.shape, np.int32)
-
-    class Nothing(Stripes):
-        def maps(self, prepared: PreparedScene) -> Sequence[Labels]:  # noqa: ARG002
-            return [flat] * 9
 
     def segments(least: float) -> int:
         settings = prepared.settings.changed(least=least)
-        voters = [Stripes(3), Nothing()]
+        voters = [Stripes(3), Nothing(9)]
         asked = PreparedScene.of(prepared.raw, prepared.features, settings)
         return int(find_consensus(voters, asked).labels.max()) + 1
 
     assert segments(0.20) == 3
     assert segments(0.30) == 1
+
+
+@pytest.mark.parametrize(("others", "segments"), [(16, 3), (18, 1)])
+def test_by_default_a_border_needs_15_percent_of_the_votes(others: int, segments: int) -> None:
+    """3 maps in 3 + 16 are 15.8 %, in 3 + 18 they are 14.3 %."""
+    prepared = prepare_scene(colors_of_stripes(), LIGHT.changed(clear=0.0))
+    found = find_consensus([Stripes(3), Nothing(others)], prepared)
+    assert int(found.labels.max()) + 1 == segments
 
 
 def test_the_weight_is_that_of_the_voter_most_alike(three_boxes: Case) -> None:

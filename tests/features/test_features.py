@@ -27,6 +27,12 @@ def test_lab_is_within_half_a_unit_of_scikit_image() -> None:
     assert np.abs(lab_of(rgb) - rgb2lab(rgb)).max() < 0.5
 
 
+def test_grey_has_the_lightness_of_its_luminance() -> None:
+    """255 is luminance 1, 188 is ((188/255 + 0.055) / 1.055)^2.4 = 0.5029: L = 116 Y^(1/3) - 16."""
+    gray = np.array([[255] * 3, [188] * 3, [0] * 3], np.uint8)
+    np.testing.assert_allclose(lab_of(gray)[:, 0], [100, 76.25, 0], atol=0.1)
+
+
 def test_normalisation_by_hand() -> None:
     """Three points with standard deviations 1, 2 and 3 on the axes: divided by 2 (eq. 3)."""
     root = np.sqrt(1.5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -141,3 +142,18 @@ class TestTidied:
         expected = labels.copy()
         labels[10:14] = 7
         assert np.array_equal(PairGraph.of(cloud(points), 0.0).tidied(labels), expected)
+
+
+@pytest.mark.parametrize(("size", "kept"), [(9, False), (10, True)])
+def test_fewer_than_10_pixels_are_no_region(size: int, kept: bool) -> None:
+    draft = Scene.from_rgbd(np.zeros((20, 20, 3), np.uint8), np.ones((20, 20)))
+    labels = np.zeros((20, 20), np.int32)
+    labels[5, 5 : 5 + size] = 1
+    assert PairGraph.of(draft, 0.0).tidied(labels).any() == kept
+
+
+@pytest.mark.parametrize(("size", "kept"), [(29, False), (30, True)])
+def test_fewer_than_30_points_are_no_region(size: int, kept: bool) -> None:
+    draft = cloud(row(300, 0.0))
+    labels = (np.arange(300) < size).astype(np.int32)
+    assert bool((PairGraph.of(draft, 0.0).tidied(labels) == 1).any()) == kept

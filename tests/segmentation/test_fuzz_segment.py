@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geohue import Scene, segment
+from geohue.segmentation.clusterers import known_methods
 from strange import clouds, frames, relaxed, whole_or_error
 
 SETTINGS: st.SearchStrategy[dict[str, Any]] = st.fixed_dictionaries(
@@ -23,6 +24,8 @@ SETTINGS: st.SearchStrategy[dict[str, Any]] = st.fixed_dictionaries(
         "preset": st.sampled_from(["best", "fast", "paper"]),
         "detail": st.sampled_from(["auto", "coarse", "fine", 0.3, -1e30, 1e30]),
         "components": st.booleans(),
+        "reunite": st.booleans(),
+        "method": st.sampled_from(known_methods()),
         "fill": st.booleans(),
     },
 )
