@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from geohue.cli import options
+from geohue.cli import options, scenes
 from geohue.cli.console import print_json, warn, whole_or_auto
 from geohue.cli.groups import with_groups
 from geohue.errors import GeohueError
@@ -83,7 +83,7 @@ def compare(
     from geohue.studies.compare.cells import all_rows
     from geohue.studies.names import names_in
 
-    scene = options.load_scene(given)
+    scene = scenes.load_scene(given)
     truth = None if gt is None else _truth(gt)
     with _counter() as count:
         done = run(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from geohue.cli import options
+from geohue.cli import options, scenes
 from geohue.cli.console import print_json, read_camera, warn
 from geohue.cli.groups import with_groups
 
@@ -46,12 +46,12 @@ def _facts(
     if source is not None and others <= {"frame"}:
         data = _dataset(source, given, layout)
         if data is not None:
-            scene = options.frame_of(data, given.frame).scene()
+            scene = scenes.frame_of(data, given.frame).scene()
             facts = data.describe() | {f"frame_{k}": v for k, v in describe(scene).items()}
             return facts, (*data.notes, *scene.warnings)
         if is_cloud(source):
             return describe_cloud(source)
-    scene = options.load_scene(given)
+    scene = scenes.load_scene(given)
     return describe(scene), scene.warnings
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from geohue.cli import options
+from geohue.cli import options, scenes
 from geohue.cli.clock import passed
 from geohue.cli.console import print_json, read_json, stage_bar, warn
 from geohue.cli.groups import with_groups
@@ -50,7 +50,7 @@ def segment(
     note = None if asked or whole else too_large(given.source)
     if asked or note is not None:
         reason = asked[0] if asked else "reading in pieces (the cloud does not fit in memory)"
-        options.check_pieces(reason, given, how, threads=threads is not None, objects=objects)
+        scenes.check_pieces(reason, given, how, threads=threads is not None, objects=objects)
         warn([] if note is None else [note])
         names, place = options.names_of(formats), (processes, scheduler)
         segment_pieces(
@@ -73,7 +73,7 @@ def segment(
 
         chosen = how.arguments()
         stack.enter_context(compiling_ahead(chosen.preset))
-        scene = options.load_scene(given)
+        scene = scenes.load_scene(given)
         seg = run(scene, **chosen.as_dict(), threads=threads, progress=begin)
         wanted = [*options.names_of(formats), *(["objects"] if objects else [])]
         wishes_out = {"lean": lean, "overwrite": overwrite}

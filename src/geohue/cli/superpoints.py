@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from geohue.cli import options
+from geohue.cli import options, scenes
 from geohue.cli.console import print_json, stage_bar, warn
 from geohue.cli.groups import with_groups
 from geohue.cli.superpoints_pieces import superpoints_pieces
@@ -81,7 +81,7 @@ def superpoints(
     rows: list[Row] = []
     with stage_bar() as begin:
         begin("loading")
-        alone = iter([] if folder else [("", options.load_scene(given))])
+        alone = iter([] if folder else [("", scenes.load_scene(given))])
         for name, scene in _all_scenes(given.source) if folder else alone:
             begin(name or "reading colour and geometry")
             rows.append(_split(wish, name, scene, out / name, begin))
