@@ -17,7 +17,7 @@ from web.client import Client
 
 SETTINGS = ("preset", "k", "weight", "cues", "detail", "components", "seed", "fill", "method")
 NAMES = ("sample", "scene", "settings", "intrinsics", "depth_scale", "calib", "color", "depth")
-VALUES = st.one_of(
+VALUES: st.SearchStrategy[Any] = st.one_of(
     st.sampled_from(["boxes", "best", "paper", "auto", "x", "", "../x", "\x00", "9" * 400]),
     st.sampled_from([0, 1, -1, 10**30, 1e308, True, None, [], {}, [[]], "1,1,1,1", "inf"]),
     st.text(max_size=8),
