@@ -169,7 +169,7 @@ def _border_pairs(
 
 def _distance(points: NDArray[np.float32], one: Positions, other: Positions) -> Floats:
     """Distances between pairs of points; their squares may be more than float32 holds."""
-    return np.linalg.norm(points[one].astype(np.float64) - points[other], axis=1)
+    return np.asarray(np.linalg.norm(points[one].astype(np.float64) - points[other], axis=1))
 
 
 def _differences(
