@@ -238,7 +238,7 @@ def tests_of(room: str, path: str) -> list[str]:
 def judge(bench: Bench, room: str, mutants: list[tuple[Mutant, str]]) -> Iterator[Verdict]:
     """Run the tests of a room for each mutant."""
     start = time.perf_counter()
-    if not bench.passes(tests_of(room, ""), 3600):
+    if not bench.passes([str(bench.package / room), *tests_of(room, "")], 3600):
         raise SystemExit(f"{room}: the tests fail without a mutant")
     limit = 120 + 3 * (time.perf_counter() - start)
     same = equivalents()
