@@ -18,7 +18,7 @@ from geohue.consensus import (
     register_voter,
     remove_voter,
 )
-from geohue.consensus.voters import BaselineVoter
+from geohue.consensus.voters import BaselineVoter, Voter
 from geohue.ncut.cutter import Cutter
 from geohue.prepared import PreparedScene, prepare_scene
 from likeness import adjusted_rand_score
@@ -85,7 +85,7 @@ def test_votes_are_counted_with_those_of_the_cuts() -> None:
 
     def segments(least: float) -> int:
         settings = prepared.settings.changed(least=least)
-        voters = [Stripes(3), Nothing(9)]
+        voters: list[Voter] = [Stripes(3), Nothing(9)]
         asked = PreparedScene.of(prepared.raw, prepared.features, settings)
         return int(find_consensus(voters, asked).labels.max()) + 1
 

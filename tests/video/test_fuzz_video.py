@@ -34,7 +34,7 @@ def poses(draw: st.DrawFn) -> NDArray[np.float64] | None:
     st.sampled_from([("best", "auto"), ("fast", "coarse"), ("fast", "fine"), ("paper", "auto")]),
     st.integers(0, 2),
 )
-def test_any_frames(shown: list[Any], kind: tuple[str, str], delay: int) -> None:
+def test_any_frames(shown: list[Any], kind: tuple[str, Any], delay: int) -> None:
     preset, detail = kind
     with VideoSegmenter(preset, detail=detail, delay=delay, memory=1, threads=1) as video:
         for scene, pose in shown:
