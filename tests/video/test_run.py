@@ -250,6 +250,7 @@ def test_a_realsense_gives_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
     assert calls == ["123", "(1, 64, 48, 1, 15)", "(2, 64, 48, 2, 15)", "stop"]
 
 
-def test_a_missing_package_is_named() -> None:
+def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "pyrealsense2", None)
     with pytest.raises(GeohueError, match=r"geohue\[realsense\]"):
         RealSenseCamera()
